@@ -7,7 +7,7 @@ use std::fs;
 use history::Simulation;
 use lab::cost::{Accuracy, Cost, Study};
 use motion::Method;
-use scene::{Scene, load, shipped};
+use scene::{Scene, Setting, load, shipped};
 use serde_json::Value;
 
 use crate::rigs::{self, Bits, all_bits, sandbox};
@@ -110,17 +110,17 @@ fn comments(text: &str) -> Vec<&str> {
 
 /// Edits the settings of the scene and of every entry of its parts, and looks for anything else that changed.
 #[track_caller]
-fn round_trip(name: &str, text: &str, common: (Method, u32), own: impl Fn(usize) -> (Method, u32)) {
+fn round_trip(name: &str, text: &str, common: Setting, own: impl Fn(usize) -> Setting) {
     let before = Scene::parse(name, text).unwrap();
     let mut expected = before.clone();
-    (expected.method, expected.substeps) = common;
+    (expected.method, expected.substeps) = (common.method, common.substeps);
     let (parts, mut entries) = (before.parts(), Vec::new());
     for (i, part) in parts.iter().enumerate() {
         for entry in &part.entries {
             entries.push((entry, own(i)));
             for id in entry.bodies.clone() {
                 let body = &mut expected.bodies[id as usize];
-                (body.method, body.substeps) = (Some(own(i).0), Some(own(i).1));
+                (body.method, body.substeps) = (Some(own(i).method), Some(own(i).substeps));
             }
         }
     }
@@ -151,25 +151,26 @@ fn round_trip(name: &str, text: &str, common: (Method, u32), own: impl Fn(usize)
 #[test]
 fn settings_are_written_into_every_shipped_scene() {
     let many =
-        [(Method::RungeKutta4, 2), (Method::VelocityVerlet, 5), (Method::SemiImplicitEuler, 1)];
+        [(Method::RungeKutta4, 2), (Method::VelocityVerlet, 5), (Method::SemiImplicitEuler, 1)]
+            .map(|(method, substeps)| Setting { method, substeps });
+    let fine = Setting { method: Method::Yoshida4, substeps: 3 };
     for shipped in shipped() {
         let verlet = shipped.text.contains("verlet_previous_position_m");
         // Position Verlet alone knows a previous position.
-        let common = if verlet { (Method::PositionVerlet, 3) } else { (Method::Yoshida4, 3) };
+        let method = Method::PositionVerlet;
+        let common = if verlet { Setting { method, substeps: 3 } } else { fine };
         let own = |part: usize| {
-            if verlet { (Method::PositionVerlet, 4) } else { many[part % many.len()] }
+            if verlet { Setting { method, substeps: 4 } } else { many[part % many.len()] }
         };
         round_trip(shipped.name, shipped.text, common, own);
         if verlet {
             let scene = shipped.load().unwrap();
-            let refused = scene.with_methods(shipped.name, (Method::Yoshida4, 3), &[]);
+            let refused = scene.with_methods(shipped.name, fine, &[]);
             assert!(refused.unwrap_err().to_string().contains("knows no previous position"));
         }
     }
-    round_trip("groups", GROUPS, (Method::Yoshida4, 3), |part| many[part % many.len()]);
-    round_trip("groups", &GROUPS.replace('\n', "\r\n"), (Method::Yoshida4, 3), |part| {
-        many[part % many.len()]
-    });
+    round_trip("groups", GROUPS, fine, |part| many[part % many.len()]);
+    round_trip("groups", &GROUPS.replace('\n', "\r\n"), fine, |part| many[part % many.len()]);
 }
 
 fn folder() -> tempfile::TempDir {

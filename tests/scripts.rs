@@ -14,7 +14,7 @@ fn read(drive: &Drive, script: &str) -> Result<Script, scene::SceneError> {
     let read = Script::parse("test", script)?;
     let is_key = |word: &str| sandbox::actions::key_of_word(word).is_ok();
     let is_request = |_: &str| true;
-    read.check("test", script, &drive.session.stage.sim().scene, (is_key, is_request), |_| false)?;
+    read.check("test", script, &drive.session.stage.sim().scene, is_key, is_request, |_| false)?;
     Ok(read)
 }
 

@@ -27,7 +27,7 @@ fn largest_error(text: &str, error: f64, exact: impl Fn(f64) -> DVec3) -> f64 {
     let found = recommend(&[(&part.name, study)], Goal::Error(error))
         .unwrap_or_else(|why| panic!("{why}: {text}"));
     let pick = found.rows[0].pick;
-    let settings = [(part, (pick.setting.method, pick.setting.substeps))];
+    let settings = [(part, pick.setting)];
     let (common, own) = scene.methods_of_parts(&settings);
     let applied = scene.with_methods("test", common, &own).unwrap();
     let mut run = Simulation::new(Scene::parse("applied", &applied).unwrap());

@@ -29,9 +29,7 @@ pub fn script(bytes: &[u8]) {
         Ok(script) => {
             let tutorial = scene::load("tutorial").unwrap();
             let known = |word: &str| sandbox::actions::key_of_word(word).is_ok();
-            if let Err(error) =
-                script.check("any", &text, &tutorial, (known, |_: &str| true), |_| false)
-            {
+            if let Err(error) = script.check("any", &text, &tutorial, known, |_| true, |_| false) {
                 helps(&error);
             }
         }

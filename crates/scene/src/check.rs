@@ -9,25 +9,37 @@ pub(crate) use crate::text::faults::shown;
 use crate::text::nearest::one_of;
 use crate::text::syntax::{Triple, Word};
 
-/// A requirement on a number: its predicate, what a number that fails it is not, and the cure.
-pub type Rule = (fn(f64) -> bool, &'static str, &'static str);
+/// A requirement on a number.
+#[derive(Clone, Copy, Debug)]
+pub struct Rule {
+    holds: fn(f64) -> bool,
+    /// What a number that fails it is not.
+    noun: &'static str,
+    pub(crate) cure: &'static str,
+}
+
+pub(crate) const fn rule(holds: fn(f64) -> bool, noun: &'static str, cure: &'static str) -> Rule {
+    Rule { holds, noun, cure }
+}
 
 /// The rule of `rate_per_s` of damping.
-pub const DAMPING_RATE: Rule = (not_negative, "a damping rate", "give a rate per second from 0 up");
+pub const DAMPING_RATE: Rule =
+    rule(not_negative, "a damping rate", "give a rate per second from 0 up");
 /// The rule of `mass_kg` of a body that moves.
-pub const BODY_MASS: Rule = (|v| positive(v) && (1.0 / v).is_finite(), "a mass", MASS);
+pub const BODY_MASS: Rule = rule(|v| positive(v) && (1.0 / v).is_finite(), "a mass", MASS);
 /// The rule of every component of a vector.
-pub const COMPONENT: Rule = (f64::is_finite, "finite", "give three finite numbers");
-pub(crate) const RADIUS: Rule = (positive, "a radius", "give a positive number of meters");
-pub(crate) const SPEED: Rule = (not_negative, "a speed", "give meters per second from 0 up");
+pub const COMPONENT: Rule = rule(f64::is_finite, "finite", "give three finite numbers");
+pub(crate) const RADIUS: Rule = rule(positive, "a radius", "give a positive number of meters");
+pub(crate) const SPEED: Rule = rule(not_negative, "a speed", "give meters per second from 0 up");
 /// The rule of `step_hz`.
-pub const STEP_RATE: Rule = (
+pub const STEP_RATE: Rule = rule(
     |v| positive(v) && (1.0 / v).is_finite(),
     "a step rate",
     "give a positive number of steps per second",
 );
 
-pub(crate) const STIFFNESS: Rule = (not_negative, "a stiffness", "give a number of N/m from 0 up");
+pub(crate) const STIFFNESS: Rule =
+    rule(not_negative, "a stiffness", "give a number of N/m from 0 up");
 
 /// The cure for a bad mass.
 pub(crate) const MASS: &str = "give a positive number of kilograms";
@@ -80,8 +92,8 @@ pub(crate) fn not_negative(v: f64) -> bool {
 
 /// What is wrong with the value of `key`, and the cure, as the error of a scene file says it; `None` if it keeps the rule.
 #[must_use]
-pub fn broken(key: &str, value: f64, (good, noun, cure): Rule) -> Option<String> {
-    (!good(value)).then(|| format!("{key}: {} is not {noun}; {cure}", shown(value)))
+pub fn broken(key: &str, value: f64, Rule { holds, noun, cure }: Rule) -> Option<String> {
+    (!holds(value)).then(|| format!("{key}: {} is not {noun}; {cure}", shown(value)))
 }
 
 /// A vector as the file has it.
@@ -89,21 +101,19 @@ pub(crate) fn shown_vector(v: DVec3) -> String {
     format!("({})", v.to_array().map(shown).join(", "))
 }
 
-/// A key and its group.
-pub(crate) type Key<'a> = (Scope, &'a str);
-
 impl Faults {
     /// A number, or `default` where none is given.
     pub fn number(
         &mut self,
-        (scope, key): Key<'_>,
+        scope: Scope,
+        key: &str,
         value: Option<f64>,
         default: f64,
-        (good, noun, cure): Rule,
+        Rule { holds, noun, cure }: Rule,
     ) -> f64 {
         match value {
-            Some(v) if !good(v) => {
-                self.add(scope.key(key), format!("{} is not {noun}", shown(v)), cure);
+            Some(v) if !holds(v) => {
+                self.refuse(scope, key, format!("{} is not {noun}", shown(v)), cure);
                 default
             }
             Some(v) => v,
@@ -111,15 +121,33 @@ impl Faults {
         }
     }
 
+    /// Records what is wrong with a key.
+    pub fn refuse(
+        &mut self,
+        scope: Scope,
+        key: &str,
+        what: impl Into<String>,
+        cure: impl Into<String>,
+    ) {
+        self.add(scope.key(key), what, cure);
+    }
+
     /// A number where one is given.
-    pub fn optional(&mut self, key: Key<'_>, value: Option<f64>, rule: Rule) -> Option<f64> {
-        value.map(|_| self.number(key, value, 0.0, rule))
+    pub fn optional(
+        &mut self,
+        scope: Scope,
+        key: &str,
+        value: Option<f64>,
+        rule: Rule,
+    ) -> Option<f64> {
+        value.map(|_| self.number(scope, key, value, 0.0, rule))
     }
 
     /// Three finite numbers, or `default` where none are given.
     pub fn vector(
         &mut self,
-        (scope, key): Key<'_>,
+        scope: Scope,
+        key: &str,
         value: Option<Triple>,
         default: DVec3,
     ) -> DVec3 {
@@ -127,8 +155,9 @@ impl Faults {
         if v.is_finite() {
             return v;
         }
-        self.add(
-            scope.key(key),
+        self.refuse(
+            scope,
+            key,
             format!("{} is not finite", shown_vector(v)),
             "give three finite numbers",
         );
@@ -137,30 +166,32 @@ impl Faults {
 
     /// A color, or white.
     pub fn color(&mut self, scope: Scope, value: Option<Triple>) -> [f32; 3] {
-        self.color_to(scope, value, BodySpec::DEFAULT.color, (1.0, "from 0 to 1"))
+        self.color_to(scope, value, BodySpec::DEFAULT.color, 1.0, "from 0 to 1")
     }
 
-    /// A color, or `default` where none is given; `largest` is the limit of each part, and the range in words.
+    /// A color, or `default` where none is given; `largest` is the limit of each part, and `range` says so.
     pub fn color_to(
         &mut self,
         scope: Scope,
         value: Option<Triple>,
         default: [f32; 3],
-        (largest, range): (f64, &str),
+        largest: f64,
+        range: &str,
     ) -> [f32; 3] {
         let Some(parts) = value else { return default };
         if parts.iter().all(|part| (0.0..=largest).contains(part)) {
             return parts.map(|part| part as f32);
         }
         let what = format!("{} is not a color", shown_vector(DVec3::from_array(parts)));
-        self.add(scope.key("color"), what, format!("give red, green and blue, each {range}"));
+        self.refuse(scope, "color", what, format!("give red, green and blue, each {range}"));
         default
     }
 
     /// One of a few words, or `default` where none is given.
     pub fn word<T: Copy>(
         &mut self,
-        (scope, key): Key<'_>,
+        scope: Scope,
+        key: &str,
         value: Option<&Word>,
         default: T,
         known: &[(&str, T)],
@@ -170,8 +201,9 @@ impl Faults {
             return *meaning;
         }
         let words: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
-        self.add(
-            scope.key(key),
+        self.refuse(
+            scope,
+            key,
             format!("unknown word `{word}`"),
             format!("give {}", one_of(&words)),
         );
@@ -181,22 +213,27 @@ impl Faults {
     /// A method of integration, where one is given.
     pub fn method(&mut self, scope: Scope, value: Option<&Word>) -> Option<Method> {
         let known = Method::ALL.map(|method| (method.name(), Some(method)));
-        self.word((scope, "method"), value, None, &known)
+        self.word(scope, "method", value, None, &known)
     }
 
     /// A number of substeps, where one is given.
     pub fn substeps(&mut self, scope: Scope, value: Option<u32>) -> Option<u32> {
-        self.count_of_substeps((scope, "substeps"), value)
+        self.count_of_substeps(scope, "substeps", value)
     }
 
     /// A number of substeps under any key, if one is given.
-    pub fn count_of_substeps(&mut self, (scope, key): Key<'_>, value: Option<u32>) -> Option<u32> {
+    pub fn count_of_substeps(
+        &mut self,
+        scope: Scope,
+        key: &str,
+        value: Option<u32>,
+    ) -> Option<u32> {
         let substeps = value?;
         if (1..=Substeps::MOST).contains(&substeps) {
             return value;
         }
         let cure = format!("give a whole number from 1 to {}", Substeps::MOST);
-        self.add(scope.key(key), format!("{substeps} is not a number of substeps"), cure);
+        self.refuse(scope, key, format!("{substeps} is not a number of substeps"), cure);
         None
     }
 
@@ -206,7 +243,7 @@ impl Faults {
     }
 
     /// Records that a key is missing, if it is not `given`.
-    pub fn require(&mut self, given: bool, (scope, key): Key<'_>, cure: &str) {
+    pub fn require(&mut self, given: bool, scope: Scope, key: &str, cure: &str) {
         if !given {
             self.missing(scope.path(), key, cure);
         }
@@ -218,14 +255,15 @@ impl Faults {
         &mut self,
         scope: Scope,
         mass: Option<f64>,
-        (default, bodies): (f64, f64),
+        default: f64,
+        bodies: f64,
         cure: &str,
     ) -> f64 {
         let given = mass.unwrap_or(default);
         if positive(given) && (bodies / given).is_finite() {
             return bodies / given;
         }
-        self.add(scope.key("mass_kg"), format!("{} is not a mass", shown(given)), cure);
+        self.refuse(scope, "mass_kg", format!("{} is not a mass", shown(given)), cure);
         bodies / default
     }
 }

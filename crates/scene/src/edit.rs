@@ -10,6 +10,7 @@ mod vary;
 pub use crate::text::kinds::Kind;
 pub use entries::moved_place;
 pub use fields::{Field, Value};
+pub use methods::Setting;
 pub use rewrite::{TextEdit, rewrite};
 pub use vary::VariedScene;
 

@@ -26,8 +26,8 @@ use crate::scene::names::Names;
 use crate::text::faults::Faults;
 pub(crate) use body::Defaults;
 pub use emitter::SWARM_LIMIT;
-use entry::GeneratedEntry;
 pub(crate) use entry::{Bodies, Section};
+use entry::{GeneratedEntry, Own};
 pub(crate) use soft::elastic;
 
 /// Most bodies of a scene: four times the number that the documentation promises to show.
@@ -94,7 +94,7 @@ pub(crate) fn bodies(
     for (i, raw) in raw.bodies.iter().enumerate() {
         let body = body::body(raw, i, scenes, faults);
         let (scope, id) = (Scope::item("bodies", i), i as u32);
-        let own = (raw.method.is_some(), raw.substeps.is_some());
+        let own = Own { method: raw.method.is_some(), substeps: raw.substeps.is_some() };
         made.sections.push(Section::new(scope, id..id + 1, own, &body, scenes));
         made.bodies.push(body);
         made.labels.extend(body::label(raw, scope, faults).map(|label| (id, label)));
@@ -136,7 +136,7 @@ pub(crate) fn bodies(
         let these = &made.bodies[first as usize..];
         if !these.is_empty() && these.iter().all(|body| body.inverse_mass == Some(0.0)) {
             let cure = "leave at least one point free";
-            faults.add(scope.key("pinned"), "every point is pinned, so none can move", cure);
+            faults.refuse(scope, "pinned", "every point is pinned, so none can move", cure);
         }
     }
     made.names = Some(names);
@@ -216,17 +216,17 @@ fn check_name(name: &str, scope: Scope, faults: &mut Faults) {
     let length = name.chars().count();
     if length > NAME_LIMIT {
         let what = format!("{length} characters are too many for a name");
-        faults.add(scope.key("name"), what, format!("give at most {NAME_LIMIT}"));
+        faults.refuse(scope, "name", what, format!("give at most {NAME_LIMIT}"));
     } else if name.is_empty() || !name.chars().all(is_plain) {
         let cure = "use letters, digits, `_` and `-`";
-        faults.add(scope.key("name"), format!("{name:?} cannot be a name"), cure);
+        faults.refuse(scope, "name", format!("{name:?} cannot be a name"), cure);
     }
 }
 
 fn check_fresh(fresh: bool, name: &str, scope: Scope, faults: &mut Faults) {
     if !fresh {
         let what = format!("the name `{name}` is taken");
-        faults.add(scope.key("name"), what, "give every body a name of its own");
+        faults.refuse(scope, "name", what, "give every body a name of its own");
     }
 }
 

@@ -53,7 +53,7 @@ pub use action::{
     Action, ChangeAction, InputAction, MouseButton, PictureAction, Step, Target, TouchPhase, When,
 };
 pub use check::{BODY_MASS, COMPONENT, DAMPING_RATE, Rule, STEP_RATE, broken};
-pub use edit::{Field, Kind, TextEdit, Value, VariedScene, moved_place, rewrite};
+pub use edit::{Field, Kind, Setting, TextEdit, Value, VariedScene, moved_place, rewrite};
 pub use entries::Entry;
 pub use frame_times::parse_frame_times;
 pub use generate::BODY_LIMIT;

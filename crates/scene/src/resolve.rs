@@ -11,7 +11,7 @@ use std::sync::Arc;
 use motion::effects::Effect;
 use motion::{Damping, DampingModel, Gravity, Range};
 
-use crate::check::{DAMPING_RATE, Rule, STEP_RATE, Scope, positive};
+use crate::check::{DAMPING_RATE, Rule, STEP_RATE, Scope, positive, rule};
 use crate::generate::{self, Bodies, Defaults, NAME_LIMIT};
 use crate::lists::counted_within;
 use crate::memory::{room, too_much};
@@ -25,17 +25,17 @@ use crate::text::locate;
 use crate::text::syntax::{self, Word};
 use laws::OwnLaws;
 
-const FORCE: Rule = (f64::is_finite, "a force", "give a finite number of newtons");
+const FORCE: Rule = rule(f64::is_finite, "a force", "give a finite number of newtons");
 const LARGEST_DISTANCE: Rule =
-    (positive, "a largest distance from the origin", "give a positive number of meters");
+    rule(positive, "a largest distance from the origin", "give a positive number of meters");
 const LARGEST_SPEED: Rule =
-    (positive, "a largest speed", "give a positive number of meters per second");
-const DISTANCE: Rule = (positive, "a distance", "give a positive number of meters");
-const PITCH: Rule = (|v| (-90.0..=90.0).contains(&v), "a pitch", "give degrees from -90 to 90");
-const YAW: Rule = (f64::is_finite, "a yaw", "give a finite number of degrees");
+    rule(positive, "a largest speed", "give a positive number of meters per second");
+const DISTANCE: Rule = rule(positive, "a distance", "give a positive number of meters");
+const PITCH: Rule = rule(|v| (-90.0..=90.0).contains(&v), "a pitch", "give degrees from -90 to 90");
+const YAW: Rule = rule(f64::is_finite, "a yaw", "give a finite number of degrees");
 const FOV: Rule =
-    (|v| v > 0.0 && v < 180.0, "a field of view", "give degrees above 0 and below 180");
-const DRIFT: Rule = (positive, "a bound", "give a positive number such as 1e-3");
+    rule(|v| v > 0.0 && v < 180.0, "a field of view", "give degrees above 0 and below 180");
+const DRIFT: Rule = rule(positive, "a bound", "give a positive number such as 1e-3");
 
 impl Scene {
     /// Reads a scene from a text. Messages call it `name`, which is also the name of a scene that has none.
@@ -111,7 +111,7 @@ pub(crate) fn parse_as(name: &str, text: &str, source: Source) -> Result<Scene, 
         unknown_key(&raw, &mut faults, path);
     }
     let declared = declared::declared(&raw, text);
-    let scene = resolve(&raw, declared, (read, name, source), reading, &mut faults);
+    let scene = resolve(&raw, declared, read, name, source, reading, &mut faults);
     faults.check(name, text, "")?;
     Ok(scene)
 }
@@ -150,7 +150,9 @@ fn one_line(text: &str) -> String {
 fn resolve(
     raw: &raw::Scene,
     declared: Vec<Declaration>,
-    (text, name, source): (Arc<str>, &str, Source),
+    text: Arc<str>,
+    name: &str,
+    source: Source,
     reading: Reading,
     faults: &mut Faults,
 ) -> Scene {
@@ -170,12 +172,12 @@ fn resolve(
             );
         }
     }
-    let step_hz = faults.number((ROOT, "step_hz"), raw.step_hz, 120.0, STEP_RATE);
+    let step_hz = faults.number(ROOT, "step_hz", raw.step_hz, 120.0, STEP_RATE);
     // If a tick lasts longer than a person waits, sixty ticks are shown per second by default.
     let usual = if step_hz < SHORTEST_WAIT_HZ { 60.0 / step_hz } else { 1.0 };
-    let pace = faults.number((ROOT, "pace"), raw.pace, usual, PACE);
+    let pace = faults.number(ROOT, "pace", raw.pace, usual, PACE);
     let kinds = [("fixed", StepKind::Fixed), ("frame", StepKind::Frame)];
-    let step = faults.word((ROOT, "step"), raw.step.as_ref(), StepKind::Fixed, &kinds);
+    let step = faults.word(ROOT, "step", raw.step.as_ref(), StepKind::Fixed, &kinds);
     let own = faults.method(ROOT, raw.method.as_ref());
     let method = own.unwrap_or_default();
     let substeps = faults.substeps(ROOT, raw.substeps).unwrap_or(1);
@@ -187,8 +189,8 @@ fn resolve(
     let seed = raw.seed.unwrap_or(0);
 
     let gravity = raw.gravity.as_ref().map(|raw| {
-        let key = (Scope::section("gravity"), "acceleration_m_s2");
-        let acceleration = faults.vector(key, raw.acceleration_m_s2, Gravity::EARTH.acceleration);
+        let (scope, earth) = (Scope::section("gravity"), Gravity::EARTH.acceleration);
+        let acceleration = faults.vector(scope, "acceleration_m_s2", raw.acceleration_m_s2, earth);
         Gravity { acceleration, on: raw.on_at_start.unwrap_or(true) }
     });
     let damping = raw.damping.as_ref().map(|raw| damping(raw, faults));
@@ -196,10 +198,16 @@ fn resolve(
     let range = raw.range.as_ref().map(|raw| range(raw, faults));
     let push = raw.push.as_ref().map(|raw| {
         let scope = Scope::section("push");
-        let (default, key) = (PushSpec::TUTORIAL, (scope, "newtons_per_notch"));
+        let PushSpec { start, per_notch } = PushSpec::TUTORIAL;
         PushSpec {
-            start: faults.number((scope, "start_n"), raw.start_n, default.start, FORCE),
-            per_notch: faults.number(key, raw.newtons_per_notch, default.per_notch, FORCE),
+            start: faults.number(scope, "start_n", raw.start_n, start, FORCE),
+            per_notch: faults.number(
+                scope,
+                "newtons_per_notch",
+                raw.newtons_per_notch,
+                per_notch,
+                FORCE,
+            ),
         }
     });
     let camera = raw.camera.as_ref().map_or(CameraSpec::TUTORIAL, |raw| camera(raw, faults));
@@ -211,7 +219,7 @@ fn resolve(
     let mut own_laws = OwnLaws::new(&bodies);
     let laws = laws::world_laws(raw, &mut own_laws, faults);
     own_laws.thrusts(&raw.thrusts, faults);
-    carriers::check_swarms(raw, (step_hz, &laws), &bodies, faults);
+    carriers::check_swarms(raw, step_hz, &laws, &bodies, faults);
     let own_laws = own_laws.by_id;
     let springs = springs::springs(&raw.springs, &bodies, faults);
     springs::check_groups(&bodies, &springs, mutual_gravity.is_some(), faults);
@@ -265,12 +273,13 @@ fn resolve(
 /// Ticks per second below which a person would wait for each.
 const SHORTEST_WAIT_HZ: f64 = 0.1;
 
-const SHARE: Rule = (
+const SHARE: Rule = rule(
     |share| share > 0.0 && share <= 1.0,
     "a share of the velocity",
     "give a number above 0, at most 1",
 );
-const PACE: Rule = (positive, "a pace", "give a positive number of simulated seconds per second");
+const PACE: Rule =
+    rule(positive, "a pace", "give a positive number of simulated seconds per second");
 
 fn off_at_start(words: &[Word], faults: &mut Faults) -> Vec<Effect> {
     // Gravity has its own key for this.
@@ -286,7 +295,7 @@ fn off_at_start(words: &[Word], faults: &mut Faults) -> Vec<Effect> {
             );
             return None;
         }
-        faults.word((Scope::ROOT, &key), Some(word), None, &known)
+        faults.word(Scope::ROOT, &key, Some(word), None, &known)
     };
     words.iter().enumerate().filter_map(effect).collect()
 }
@@ -294,21 +303,22 @@ fn off_at_start(words: &[Word], faults: &mut Faults) -> Vec<Effect> {
 fn damping(raw: &raw::Damping, faults: &mut Faults) -> Damping {
     let scope = Scope::section("damping");
     let models = DampingModel::ALL.map(|model| (model.name(), model));
-    let model = faults.word((scope, "model"), raw.model.as_ref(), DampingModel::Exact, &models);
+    let model = faults.word(scope, "model", raw.model.as_ref(), DampingModel::Exact, &models);
     if raw.rate_per_s.is_none() && raw.share_kept_per_s.is_none() {
-        faults.add(
-            scope.key("rate_per_s"),
+        faults.refuse(
+            scope,
+            "rate_per_s",
             "the rate is missing",
             "add one such as `rate_per_s: 0.4`",
         );
     }
     if raw.rate_per_s.is_some() && raw.share_kept_per_s.is_some() {
         let what = "the rate is given twice";
-        faults.add(scope.key("share_kept_per_s"), what, "keep it or `rate_per_s`");
+        faults.refuse(scope, "share_kept_per_s", what, "keep it or `rate_per_s`");
     }
-    let rate = faults.number((scope, "rate_per_s"), raw.rate_per_s, 0.0, DAMPING_RATE);
+    let rate = faults.number(scope, "rate_per_s", raw.rate_per_s, 0.0, DAMPING_RATE);
     // What is kept after t seconds is e^(-c t).
-    let kept = faults.number((scope, "share_kept_per_s"), raw.share_kept_per_s, 1.0, SHARE);
+    let kept = faults.number(scope, "share_kept_per_s", raw.share_kept_per_s, 1.0, SHARE);
     Damping { model, rate: rate.max(-libm::log(kept)) }
 }
 
@@ -321,12 +331,13 @@ fn range(raw: &raw::Range, faults: &mut Faults) -> Range {
     let Range { position: any_position, speed: any_speed } = Range::FINITE;
     Range {
         position: faults.number(
-            (scope, "position_m"),
+            scope,
+            "position_m",
             raw.position_m,
             any_position,
             LARGEST_DISTANCE,
         ),
-        speed: faults.number((scope, "speed_m_s"), raw.speed_m_s, any_speed, LARGEST_SPEED),
+        speed: faults.number(scope, "speed_m_s", raw.speed_m_s, any_speed, LARGEST_SPEED),
     }
 }
 
@@ -334,17 +345,17 @@ fn camera(raw: &raw::Camera, faults: &mut Faults) -> CameraSpec {
     let scope = Scope::section("camera");
     let default = CameraSpec::TUTORIAL;
     let camera = CameraSpec {
-        position: faults.vector((scope, "position_m"), raw.position_m, default.position),
-        pitch_deg: faults.number((scope, "pitch_deg"), raw.pitch_deg, default.pitch_deg, PITCH),
-        yaw_deg: faults.number((scope, "yaw_deg"), raw.yaw_deg, default.yaw_deg, YAW),
-        fov_y_deg: faults.number((scope, "fov_y_deg"), raw.fov_y_deg, default.fov_y_deg, FOV),
-        near: faults.number((scope, "near_m"), raw.near_m, default.near, DISTANCE),
-        far: faults.number((scope, "far_m"), raw.far_m, default.far, DISTANCE),
+        position: faults.vector(scope, "position_m", raw.position_m, default.position),
+        pitch_deg: faults.number(scope, "pitch_deg", raw.pitch_deg, default.pitch_deg, PITCH),
+        yaw_deg: faults.number(scope, "yaw_deg", raw.yaw_deg, default.yaw_deg, YAW),
+        fov_y_deg: faults.number(scope, "fov_y_deg", raw.fov_y_deg, default.fov_y_deg, FOV),
+        near: faults.number(scope, "near_m", raw.near_m, default.near, DISTANCE),
+        far: faults.number(scope, "far_m", raw.far_m, default.far, DISTANCE),
     };
     if camera.near >= camera.far {
         let key = if raw.far_m.is_some() { "far_m" } else { "near_m" };
         let what = format!("far_m {} is not above near_m {}", camera.far, camera.near);
-        faults.add(scope.key(key), what, "make far_m the larger one");
+        faults.refuse(scope, key, what, "make far_m the larger one");
     }
     camera
 }
@@ -353,16 +364,17 @@ fn light(raw: &raw::Light, faults: &mut Faults) -> LightSpec {
     let scope = Scope::section("light");
     let default = LightSpec::TUTORIAL;
     LightSpec {
-        position: faults.vector((scope, "position_m"), raw.position_m, default.position),
+        position: faults.vector(scope, "position_m", raw.position_m, default.position),
         // A bright light may be more than white.
-        color: faults.color_to(scope, raw.color, default.color, (f32::MAX.into(), "from 0 up")),
+        color: faults.color_to(scope, raw.color, default.color, f32::MAX.into(), "from 0 up"),
         shadows: raw.shadows.unwrap_or(default.shadows),
     }
 }
 
 fn expect(raw: &raw::Expect, faults: &mut Faults) -> ExpectSpec {
-    let key = (Scope::section("expect"), "energy_drift_below");
-    let energy_drift_below = faults.optional(key, raw.energy_drift_below, DRIFT);
+    let scope = Scope::section("expect");
+    let energy_drift_below =
+        faults.optional(scope, "energy_drift_below", raw.energy_drift_below, DRIFT);
     ExpectSpec { energy_drift_below, finite: raw.finite }
 }
 

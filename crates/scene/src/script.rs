@@ -105,7 +105,7 @@ impl Script {
         let mut steps = Vec::with_capacity(raw_steps.len());
         for (i, raw) in raw_steps.iter().enumerate() {
             let when = when(raw, i, &mut earlier, &mut faults);
-            let action = action(raw, i, (text, root), &mut faults);
+            let action = action(raw, i, text, root, &mut faults);
             if let (Some(when), Some(action)) = (when, action) {
                 steps.push(Step { when, action });
             }
@@ -126,7 +126,8 @@ impl Script {
         name: &str,
         text: &str,
         scene: &Scene,
-        (is_key, is_request): (impl Fn(&str) -> bool, impl Fn(&str) -> bool),
+        is_key: impl Fn(&str) -> bool,
+        is_request: impl Fn(&str) -> bool,
         brings_back: impl Fn(&str) -> bool,
     ) -> Result<(), SceneError> {
         let mut faults = Faults::default();
@@ -392,7 +393,8 @@ fn when(raw: &RawStep<'_>, i: usize, earlier: &mut Vec<When>, faults: &mut Fault
 fn action(
     raw: &RawStep<'_>,
     i: usize,
-    (text, root): (&str, &str),
+    text: &str,
+    root: &str,
     faults: &mut Faults,
 ) -> Option<Action> {
     let Some(piece) = raw.action.map(ron::value::RawValue::get_ron) else {

@@ -106,9 +106,7 @@ fn spread(name: &str, query: &str) -> Option<(usize, usize)> {
 pub fn load(name_or_path: &str) -> Result<Scene, SceneError> {
     match embedded(name_or_path) {
         Some(scene) => scene.load(),
-        None => {
-            load_file(name_or_path, shipped(), ("there is no such scene", "shipped scenes are"))
-        }
+        None => load_file(name_or_path, shipped(), "there is no such scene", "shipped scenes are"),
     }
 }
 
@@ -120,7 +118,7 @@ pub fn load(name_or_path: &str) -> Result<Scene, SceneError> {
 pub fn load_case(name_or_path: &str) -> Result<Scene, SceneError> {
     let scene = match embedded(name_or_path) {
         Some(scene) => scene.load()?,
-        None => load_file(name_or_path, cases(), ("there is no such case", "the cases are"))?,
+        None => load_file(name_or_path, cases(), "there is no such case", "the cases are")?,
     };
     if scene.survival.is_some() {
         return Ok(scene);
@@ -134,7 +132,8 @@ pub fn load_case(name_or_path: &str) -> Result<Scene, SceneError> {
 fn load_file(
     name_or_path: &str,
     known: &[ShippedScene],
-    (what, names_are): (&str, &str),
+    what: &str,
+    names_are: &str,
 ) -> Result<Scene, SceneError> {
     let path = Path::new(name_or_path);
     let looks_like_path = path.extension().is_some() || path.components().count() > 1;

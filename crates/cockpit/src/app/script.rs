@@ -65,7 +65,7 @@ pub fn read_script(name: &str, text: &str, scene: &Scene) -> Result<Script, Refu
     let is_key = |word: &str| actions::key_of_word(word).is_ok();
     let is_request = |text: &str| serde_json::from_str::<ActionRequest>(text).is_ok();
     let brings_back = |word: &str| actions::presses_one_of(word, &BRING_BACK);
-    script.check(name, text, scene, (is_key, is_request), brings_back)?;
+    script.check(name, text, scene, is_key, is_request, brings_back)?;
     Ok(script)
 }
 

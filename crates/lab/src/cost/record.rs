@@ -1,24 +1,8 @@
 //! The results of a study of accuracy and cost: the plain data of `report.json`, which is read again.
 
-use std::fmt;
-
 use motion::Method;
+pub use scene::Setting;
 use serde::{Deserialize, Serialize};
-
-/// A setting of a run: a method, and its substeps per tick.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
-pub struct Setting {
-    /// Method of every body.
-    pub method: Method,
-    /// Substeps per tick, at least 1.
-    pub substeps: u32,
-}
-
-impl fmt::Display for Setting {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} x {}", self.method.name(), self.substeps)
-    }
-}
 
 /// Errors of a run against the truth, over all bodies after all ticks, or after all substeps if the truth is a closed
 /// form: the largest of each kind, and a mean.

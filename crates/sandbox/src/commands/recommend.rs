@@ -89,8 +89,7 @@ fn with_choice(
     parts: &[Part],
     found: &Recommendation,
 ) -> Result<String, Failure> {
-    let settings =
-        found.rows.iter().map(|row| (row.pick.setting.method, row.pick.setting.substeps));
+    let settings = found.rows.iter().map(|row| row.pick.setting);
     let settings: Vec<_> = parts.iter().zip(settings).collect();
     let (common, own) = scene.methods_of_parts(&settings);
     Ok(scene.with_methods(name, common, &own)?)

@@ -54,9 +54,11 @@ impl Scene {
         let Some((list, index)) = entry(path) else { return Vec::new() };
         let mut edits = vec![TextEdit::Remove { list: list.to_owned(), index }];
         if let Some(raw) = self.raw().filter(|raw| kind_and_name(raw, list, index).is_some()) {
-            edits.extend(self.renamed(&raw, |name| {
-                Vec::from_iter(self.name_without(&raw, (list, index), name))
-            }));
+            edits.extend(
+                self.renamed(&raw, |name| {
+                    Vec::from_iter(self.name_without(&raw, list, index, name))
+                }),
+            );
         }
         edits
     }
@@ -66,7 +68,8 @@ impl Scene {
     fn name_without<'a>(
         &self,
         raw: &raw::Scene,
-        (list, index): (&str, usize),
+        list: &str,
+        index: usize,
         name: &'a str,
     ) -> Option<Cow<'a, str>> {
         let Some(entry) = self.first_of(name).and_then(|id| self.entry_of(id)) else {
@@ -159,7 +162,7 @@ impl Scene {
             None if self.names.group(other) == Some(bodies.clone()) => {
                 bodies.clone().map(|id| Cow::Owned(name(id))).collect()
             }
-            _ => Vec::from_iter(self.name_without(&raw, (list, index), other)),
+            _ => Vec::from_iter(self.name_without(&raw, list, index, other)),
         }));
         edits
     }

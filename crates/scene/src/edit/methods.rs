@@ -1,8 +1,10 @@
 //! Methods and substeps written into the text of a scene.
 
+use std::fmt;
 use std::sync::Arc;
 
 use motion::Method;
+use serde::{Deserialize, Serialize};
 
 use super::rewrite::{TextEdit, rewrite};
 use crate::entries::Entry;
@@ -10,6 +12,21 @@ use crate::parts::Part;
 use crate::resolve::springs::unsolvable;
 use crate::scene::Scene;
 use crate::text::faults::SceneError;
+
+/// A setting of a run: a method, and its substeps per tick.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct Setting {
+    /// Method of every body.
+    pub method: Method,
+    /// Substeps per tick, at least 1.
+    pub substeps: u32,
+}
+
+impl fmt::Display for Setting {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} x {}", self.method.name(), self.substeps)
+    }
+}
 
 impl Scene {
     /// The method and substeps for the scene and for each entry that differs from it, so that the bodies of each part
@@ -19,13 +36,12 @@ impl Scene {
     #[must_use]
     pub fn methods_of_parts<'p>(
         &self,
-        parts: &[(&'p Part, (Method, u32))],
-    ) -> ((Method, u32), Vec<(&'p Entry, (Method, u32))>) {
+        parts: &[(&'p Part, Setting)],
+    ) -> (Setting, Vec<(&'p Entry, Setting)>) {
         let settings = parts.iter().rev().map(|(_, setting)| *setting);
-        let own = (self.method, self.substeps);
-        let solvable = |(method, _): &(Method, u32)| {
-            unsolvable(*method, self.mutual_gravity.is_some()).is_none()
-        };
+        let own = Setting { method: self.method, substeps: self.substeps };
+        let solvable =
+            |setting: &Setting| unsolvable(setting.method, self.mutual_gravity.is_some()).is_none();
         let common = settings.chain([own]).find(solvable).unwrap_or(own);
         let entries = parts
             .iter()
@@ -41,14 +57,15 @@ impl Scene {
     ///
     /// ```
     /// use motion::Method;
-    /// use scene::Scene;
+    /// use scene::{Scene, Setting};
     ///
     /// let text = "(version: 1, // the first\n bodies: [(mass_kg: 2)])";
     /// let scene = Scene::parse("ball.ron", text).expect("it is a scene");
     /// let ball = &scene.entries()[0];
-    /// let entries = [(ball, (Method::RungeKutta4, 3))];
+    /// let entries = [(ball, Setting { method: Method::RungeKutta4, substeps: 3 })];
+    /// let common = Setting { method: Method::default(), substeps: 1 };
     /// assert_eq!(
-    ///     scene.with_methods("ball.ron", (Method::default(), 1), &entries).expect("it can have that method"),
+    ///     scene.with_methods("ball.ron", common, &entries).expect("it can have that method"),
     ///     "(version: 1, // the first\n bodies: [(mass_kg: 2, method: runge_kutta_4, substeps: 3)])",
     /// );
     /// ```
@@ -59,14 +76,15 @@ impl Scene {
     pub fn with_methods(
         &self,
         name: &str,
-        common: (Method, u32),
-        entries: &[(&Entry, (Method, u32))],
+        common: Setting,
+        entries: &[(&Entry, Setting)],
     ) -> Result<String, SceneError> {
         let written = ["method", "substeps"].map(|key| self.written(key).is_some());
         let own = entries.iter().flat_map(|(entry, setting)| {
             edits(&entry.path(), *setting, common, self.written_methods(entry))
         });
-        let edits: Vec<_> = edits("", common, (Method::default(), 1), written).chain(own).collect();
+        let default = Setting { method: Method::default(), substeps: 1 };
+        let edits: Vec<_> = edits("", common, default, written).chain(own).collect();
         let text = rewrite(name, &self.text, &edits)?;
         // Parsed by the same name, because a scene without a name has that of its file.
         let before = Self::parse(name, &self.text)?;
@@ -88,12 +106,12 @@ impl Scene {
     pub(super) fn differs_only_in(
         &self,
         after: &Self,
-        common: (Method, u32),
-        entries: &[(&Entry, (Method, u32))],
+        common: Setting,
+        entries: &[(&Entry, Setting)],
     ) -> bool {
         let mut expected = self.clone();
-        (expected.method, expected.substeps) = common;
-        for (entry, (method, substeps)) in entries {
+        (expected.method, expected.substeps) = (common.method, common.substeps);
+        for (entry, Setting { method, substeps }) in entries {
             for body in &mut expected.bodies[entry.bodies.start as usize..entry.bodies.end as usize]
             {
                 (body.method, body.substeps) = (Some(*method), Some(*substeps));
@@ -117,13 +135,13 @@ impl Scene {
 /// without them.
 fn edits(
     group: &str,
-    (method, substeps): (Method, u32),
-    inherited: (Method, u32),
+    Setting { method, substeps }: Setting,
+    inherited: Setting,
     written: [bool; 2],
 ) -> impl Iterator<Item = TextEdit> + use<> {
-    let method = (written[0] || method != inherited.0)
+    let method = (written[0] || method != inherited.method)
         .then(|| TextEdit::set(group, "method", method.name()));
-    let substeps = (written[1] || substeps != inherited.1)
+    let substeps = (written[1] || substeps != inherited.substeps)
         .then(|| TextEdit::set(group, "substeps", substeps.to_string()));
     method.into_iter().chain(substeps)
 }

@@ -65,14 +65,14 @@ impl TextEdit {
 /// If a group, a key or an entry is not in the text.
 pub fn rewrite(name: &str, text: &str, edits: &[TextEdit]) -> Result<String, SceneError> {
     let mut groups: BTreeMap<&str, Vec<(&str, Option<&str>)>> = BTreeMap::new();
-    let mut lists: BTreeMap<&str, (Vec<&str>, Vec<usize>)> = BTreeMap::new();
+    let mut lists: BTreeMap<&str, ListEdit<'_>> = BTreeMap::new();
     for edit in edits {
         match edit {
             TextEdit::Set { group, key, value } => {
                 groups.entry(group).or_default().push((key, value.as_deref()));
             }
-            TextEdit::Add { list, entry } => lists.entry(list).or_default().0.push(entry),
-            TextEdit::Remove { list, index } => lists.entry(list).or_default().1.push(*index),
+            TextEdit::Add { list, entry } => lists.entry(list).or_default().added.push(entry),
+            TextEdit::Remove { list, index } => lists.entry(list).or_default().removed.push(*index),
         }
     }
     let paths: Vec<&str> = groups.keys().chain(lists.keys()).copied().chain([""]).collect();
@@ -83,17 +83,24 @@ pub fn rewrite(name: &str, text: &str, edits: &[TextEdit]) -> Result<String, Sce
             let entry = format!("{list}[{index}]");
             path == entry || path.starts_with(&format!("{entry}."))
         };
-        lists.iter().any(|(list, (_, removed))| removed.iter().any(|index| of(index, list)))
+        lists.iter().any(|(list, edit)| edit.removed.iter().any(|index| of(index, list)))
     };
     for (path, keys) in groups.into_iter().filter(|(path, _)| !removed(path)) {
         let group = tree.get(path).ok_or_else(|| missing(name, path, "there is no such group"))?;
-        set(name, text, (path, group), &keys, &mut pieces)?;
+        set(name, text, path, group, &keys, &mut pieces)?;
     }
     let scene = tree.get("").ok_or_else(|| missing(name, "", "the text is no group"))?;
-    for (list, (added, removed)) in lists {
-        change_list(name, text, (scene, tree.get(list)), (list, &added, removed), &mut pieces)?;
+    for (list, edit) in lists {
+        change_list(name, text, scene, tree.get(list), list, edit, &mut pieces)?;
     }
     Ok(apply(text, pieces))
+}
+
+/// The edits of one list: the entries to add, and the indices of those to remove.
+#[derive(Default)]
+struct ListEdit<'a> {
+    added: Vec<&'a str>,
+    removed: Vec<usize>,
 }
 
 /// The keys of a scene after which its method is inserted. In other groups only the last two count, so that method
@@ -104,7 +111,8 @@ const BEFORE_METHOD: [&str; 7] =
 fn set(
     name: &str,
     text: &str,
-    (path, group): (&str, &Bracket<'_>),
+    path: &str,
+    group: &Bracket<'_>,
     keys: &[(&str, Option<&str>)],
     pieces: &mut Vec<Piece>,
 ) -> Result<(), SceneError> {
@@ -143,8 +151,10 @@ fn set(
 fn change_list(
     name: &str,
     text: &str,
-    (scene, written): (&Bracket<'_>, Option<&Bracket<'_>>),
-    (list, added, mut removed): (&str, &[&str], Vec<usize>),
+    scene: &Bracket<'_>,
+    written: Option<&Bracket<'_>>,
+    list: &str,
+    ListEdit { added, mut removed }: ListEdit<'_>,
     pieces: &mut Vec<Piece>,
 ) -> Result<(), SceneError> {
     removed.sort_unstable();

@@ -9,23 +9,26 @@ use crate::parts::Part;
 use crate::scene::Scene;
 use crate::text::faults::SceneError;
 
-/// Method and substeps for the entry at a path, or for the scene itself.
-type Set = (Option<&'static str>, Method, u32);
+/// A setting for the entry at a path, or for the scene itself.
+type Set = (Option<&'static str>, Setting);
 
 fn set(path: Option<&'static str>, method: Method, substeps: u32) -> Set {
-    (path, method, substeps)
+    (path, Setting { method, substeps })
+}
+
+fn setting((method, substeps): (Method, u32)) -> Setting {
+    Setting { method, substeps }
 }
 
 /// The text with these methods and substeps; the scene keeps its own if none are given.
 fn edited(text: &str, sets: &[Set]) -> Result<String, SceneError> {
     let scene = Scene::parse("t", text)?;
     let entries = scene.entries();
-    let common = sets.iter().find(|(path, ..)| path.is_none());
-    let common =
-        common.map_or((scene.method, scene.substeps), |(_, method, substeps)| (*method, *substeps));
-    let own = sets.iter().filter_map(|(path, method, substeps)| {
+    let common = sets.iter().find(|(path, _)| path.is_none());
+    let common = common.map_or(set(None, scene.method, scene.substeps), |set| *set).1;
+    let own = sets.iter().filter_map(|(path, setting)| {
         let entry = entries.iter().find(|entry| Some(&*entry.path()) == *path);
-        path.map(|_| (entry.unwrap(), (*method, *substeps)))
+        path.map(|_| (entry.unwrap(), *setting))
     });
     scene.with_methods("t", common, &own.collect::<Vec<_>>())
 }
@@ -123,7 +126,8 @@ fn what_cannot_be_written_is_refused() {
 fn an_edit_that_would_change_more_is_found_out() {
     let parse = |text: &str| Scene::parse("t", text).unwrap();
     let before = parse("(version: 1, bodies: [(), ()])");
-    let (common, own) = ((before.method, before.substeps), (Method::Yoshida4, 1));
+    let common = Setting { method: before.method, substeps: before.substeps };
+    let own = Setting { method: Method::Yoshida4, substeps: 1 };
     let entries = before.entries();
     let fine = |after: &str| before.differs_only_in(&parse(after), common, &[(&entries[0], own)]);
     assert!(fine("(version: 1,\n bodies: [(method: yoshida_4), ()])"));
@@ -144,30 +148,28 @@ fn free_bodies_get_the_scenes_own_keys_unless_mutual_gravity_forbids_it() {
         soft_bodies: [chain(points: 2, to_m: (1, 0, 0), stiffness_n_m: 1)])";
     let scene = Scene::parse("t", text).unwrap();
     let parts = scene.parts();
-    let settings: Vec<_> =
-        parts.iter().zip([(Method::ImplicitEuler, 1), (Method::SemiImplicitEuler, 2)]).collect();
-    let chosen = |scene: &Scene, settings: &[(&Part, (Method, u32))]| {
+    let [euler, symplectic] =
+        [(Method::ImplicitEuler, 1), (Method::SemiImplicitEuler, 2)].map(setting);
+    let settings: Vec<_> = parts.iter().zip([euler, symplectic]).collect();
+    let chosen = |scene: &Scene, settings: &[(&Part, Setting)]| {
         let (common, own) = scene.methods_of_parts(settings);
         (
             common,
             own.into_iter().map(|(entry, setting)| (entry.path(), setting)).collect::<Vec<_>>(),
         )
     };
-    let own = [
-        ("soft_bodies[0]".to_owned(), (Method::ImplicitEuler, 1)),
-        ("bodies[1]".to_owned(), (Method::SemiImplicitEuler, 2)),
-    ];
-    assert_eq!(chosen(&scene, &settings), ((Method::SemiImplicitEuler, 2), own.to_vec()));
-    assert_eq!(chosen(&scene, &[]), ((scene.method, 1), Vec::new()));
+    let own = [("soft_bodies[0]".to_owned(), euler), ("bodies[1]".to_owned(), symplectic)];
+    assert_eq!(chosen(&scene, &settings), (symplectic, own.to_vec()));
+    assert_eq!(chosen(&scene, &[]), (setting((scene.method, 1)), Vec::new()));
 
     let text = "(version: 1, mutual_gravity: (), bodies: [(name: \"a\")],
         emitters: [(rate_per_s: 1, life_s: 1, speed_m_s: 1)])";
     let scene = Scene::parse("t", text).unwrap();
     let parts = scene.parts();
-    let settings: Vec<_> =
-        parts.iter().zip([(Method::RungeKutta4, 1), (Method::ImplicitEuler, 1)]).collect();
-    let own = vec![("emitters[0]".to_owned(), (Method::ImplicitEuler, 1))];
-    assert_eq!(chosen(&scene, &settings), ((Method::RungeKutta4, 1), own));
+    let fine = setting((Method::RungeKutta4, 1));
+    let settings: Vec<_> = parts.iter().zip([fine, euler]).collect();
+    let own = vec![("emitters[0]".to_owned(), euler)];
+    assert_eq!(chosen(&scene, &settings), (fine, own));
     let (common, own) = scene.methods_of_parts(&settings);
     let edited = Scene::parse("t", &scene.with_methods("t", common, &own).unwrap()).unwrap();
     assert_eq!(edited.bodies[1].method, Some(Method::ImplicitEuler));

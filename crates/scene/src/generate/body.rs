@@ -32,10 +32,11 @@ pub(crate) fn body(
     if scenery {
         refuse_physics(raw, scope, faults);
     }
-    let velocity = faults.vector((scope, "velocity_m_s"), raw.velocity_m_s, DVec3::ZERO);
+    let velocity = faults.vector(scope, "velocity_m_s", raw.velocity_m_s, DVec3::ZERO);
     if immovable && !scenery && velocity != DVec3::ZERO {
-        faults.add(
-            scope.key("velocity_m_s"),
+        faults.refuse(
+            scope,
+            "velocity_m_s",
             "an immovable body has no velocity",
             "remove it, or immovable: true",
         );
@@ -44,8 +45,8 @@ pub(crate) fn body(
         true => "give a positive number of kilograms, or leave it out",
         false => "give a positive number of kilograms, or immovable: true",
     };
-    let inverse_mass = faults.inverse_mass(scope, raw.mass_kg, (1.0, 1.0), cure);
-    let position = faults.vector((scope, "position_m"), raw.position_m, DVec3::ZERO);
+    let inverse_mass = faults.inverse_mass(scope, raw.mass_kg, 1.0, 1.0, cure);
+    let position = faults.vector(scope, "position_m", raw.position_m, DVec3::ZERO);
     let method = faults.method(scope, raw.method.as_ref());
     let substeps = faults.substeps(scope, raw.substeps);
     let own = Defaults {
@@ -66,11 +67,11 @@ pub(crate) fn body(
         inverse_mass: (!scenery).then_some(if immovable { 0.0 } else { inverse_mass }),
         source_mass: raw.mass_kg.filter(|_| immovable && !scenery),
         color: faults.color(scope, raw.color),
-        checker: faults.word((scope, "texture"), raw.texture.as_ref(), false, &TEXTURES),
+        checker: faults.word(scope, "texture", raw.texture.as_ref(), false, &TEXTURES),
         method,
         substeps,
-        damping_rate: faults.optional((scope, "damping_per_s"), raw.damping_per_s, DAMPING_RATE),
-        max_speed: faults.optional((scope, "max_speed_m_s"), raw.max_speed_m_s, SPEED),
+        damping_rate: faults.optional(scope, "damping_per_s", raw.damping_per_s, DAMPING_RATE),
+        max_speed: faults.optional(scope, "max_speed_m_s", raw.max_speed_m_s, SPEED),
         locks: locks(raw.locked_axes.as_deref().unwrap_or_default(), scope, faults),
         gravity_off: raw.gravity_off == Some(true),
     }
@@ -85,8 +86,8 @@ fn verlet_previous(
     faults: &mut Faults,
 ) -> Option<DVec3> {
     const KEY: &str = "verlet_previous_position_m";
-    let previous = faults.vector((scope, KEY), Some(raw.verlet_previous_position_m?), position);
-    let mut refuse = |what: &str, cure: &str| faults.add(scope.key(KEY), what, cure);
+    let previous = faults.vector(scope, KEY, Some(raw.verlet_previous_position_m?), position);
+    let mut refuse = |what: &str, cure: &str| faults.refuse(scope, KEY, what, cure);
     if raw.immovable == Some(true) {
         refuse("an immovable body was nowhere else", "remove it, or immovable: true");
     } else if let Some(method) = own.method.filter(|method| *method != Method::PositionVerlet) {
@@ -117,8 +118,9 @@ pub(crate) fn label(raw: &raw::Body, scope: Scope, faults: &mut Faults) -> Optio
     } else {
         return Some(label);
     };
-    faults.add(
-        scope.key("label"),
+    faults.refuse(
+        scope,
+        "label",
         what,
         format!("give 1 to {LABEL_LIMIT} characters, or remove it"),
     );
@@ -132,7 +134,7 @@ const TEXTURES: [(&str, bool); 2] = [("checker", true), ("none", false)];
 fn refuse_physics(raw: &raw::Body, scope: Scope, faults: &mut Faults) {
     if raw.shape.is_none() {
         let cure = "add a shape, or remove scenery: true";
-        faults.add(scope.key("scenery"), "scenery needs a shape", cure);
+        faults.refuse(scope, "scenery", "scenery needs a shape", cure);
     }
     let physics = [
         ("velocity_m_s", raw.velocity_m_s.is_some()),
@@ -148,8 +150,9 @@ fn refuse_physics(raw: &raw::Body, scope: Scope, faults: &mut Faults) {
     ];
     let drags = raw.drags().map(|(key, value)| (key, value.is_some()));
     for (key, _) in physics.into_iter().chain(drags).filter(|(_, given)| *given) {
-        faults.add(
-            scope.key(key),
+        faults.refuse(
+            scope,
+            key,
             format!("scenery has no physics, so no `{key}`"),
             "remove it, or scenery: true",
         );
@@ -167,20 +170,22 @@ fn resolve_shape(raw: &raw::Shape, scope: Scope, faults: &mut Faults) -> Option<
         "sphere" => (sphere, cuboid),
         _ => {
             let known = "give cuboid(half_extents_m: (x, y, z)) or sphere(radius_m: r)";
-            faults.add(scope.key("shape"), format!("unknown shape `{word}`"), known);
+            faults.refuse(scope, "shape", format!("unknown shape `{word}`"), known);
             return None;
         }
     };
     if strange.is_some() {
-        faults.add(
-            scope.key(&format!("shape.{other}")),
+        faults.refuse(
+            scope,
+            &format!("shape.{other}"),
             format!("a {word} has no `{other}`"),
             "remove it",
         );
     }
     let Some(shape) = shape else {
-        faults.add(
-            scope.key("shape"),
+        faults.refuse(
+            scope,
+            "shape",
             format!("a {word} without `{key}` has no size"),
             format!("add `{key}`"),
         );
@@ -194,7 +199,7 @@ fn resolve_shape(raw: &raw::Shape, scope: Scope, faults: &mut Faults) -> Option<
             Shape::Sphere { radius } => format!("{} is not a radius", shown(radius)),
         };
         let cure = format!("give {:e} to {:e} m", Shape::SMALLEST, Shape::LARGEST);
-        faults.add(scope.key(&format!("shape.{key}")), what, cure);
+        faults.refuse(scope, &format!("shape.{key}"), what, cure);
         return None;
     }
     Some(shape)
@@ -202,7 +207,7 @@ fn resolve_shape(raw: &raw::Shape, scope: Scope, faults: &mut Faults) -> Option<
 
 /// The rotation about the world's x axis, then y, then z. `None` without a rotation: the component is left out.
 fn orientation(raw: &raw::Body, scope: Scope, faults: &mut Faults) -> Option<DQuat> {
-    let degrees = faults.vector((scope, "rotation_deg"), raw.rotation_deg, DVec3::ZERO);
+    let degrees = faults.vector(scope, "rotation_deg", raw.rotation_deg, DVec3::ZERO);
     let [x, y, z] = degrees.to_array().map(f64::to_radians);
     (degrees != DVec3::ZERO).then(|| DQuat::from_euler(EulerRot::ZYX, z, y, x))
 }
@@ -212,7 +217,7 @@ fn locks(words: &[Word], scope: Scope, faults: &mut Faults) -> AxisLocks {
     for (i, word) in words.iter().enumerate() {
         let key = format!("locked_axes[{i}]");
         let axis =
-            faults.word((scope, &key), Some(word), "", &["x", "y", "z"].map(|axis| (axis, axis)));
+            faults.word(scope, &key, Some(word), "", &["x", "y", "z"].map(|axis| (axis, axis)));
         locks.x |= axis == "x";
         locks.y |= axis == "y";
         locks.z |= axis == "z";

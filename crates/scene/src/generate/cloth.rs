@@ -26,19 +26,19 @@ const BEND: [IVec3; 2] = [IVec3::new(0, 2, 0), IVec3::new(2, 0, 0)];
 
 pub(super) fn form(keys: &raw::SoftKeys, scope: Scope, faults: &mut Faults) -> Form {
     let cure = "say how a row goes, as in `along_m: (3.0, 0.0, 0.0)`";
-    faults.require(keys.along_m.is_some(), (scope, "along_m"), cure);
+    faults.require(keys.along_m.is_some(), scope, "along_m", cure);
     let cure = "say how a column goes, as in `down_m: (0.0, -2.0, 0.0)`";
-    faults.require(keys.down_m.is_some(), (scope, "down_m"), cure);
-    let corner = faults.vector((scope, "corner_m"), keys.corner_m, DVec3::ZERO);
-    let along = faults.vector((scope, "along_m"), keys.along_m, DVec3::X);
-    let down = faults.vector((scope, "down_m"), keys.down_m, DVec3::NEG_Y);
+    faults.require(keys.down_m.is_some(), scope, "down_m", cure);
+    let corner = faults.vector(scope, "corner_m", keys.corner_m, DVec3::ZERO);
+    let along = faults.vector(scope, "along_m", keys.along_m, DVec3::X);
+    let down = faults.vector(scope, "down_m", keys.down_m, DVec3::NEG_Y);
     let area = along.cross(down);
     if area == DVec3::ZERO || !within_numbers(&[corner, along, down, corner + along + down, area]) {
         let cure = "give two vectors that span an area, within 1e75 m";
-        faults.add(scope.key("down_m"), "rows and columns make no cloth", cure);
+        faults.refuse(scope, "down_m", "rows and columns make no cloth", cure);
     }
-    let rows = points(keys.rows, (scope, "rows"), faults);
-    let columns = points(keys.columns, (scope, "columns"), faults);
+    let rows = points(keys.rows, scope, "rows", faults);
+    let columns = points(keys.columns, scope, "columns", faults);
     let mut steps = STRUCTURAL.to_vec();
     let mut stiffness = vec![None; steps.len()];
     let braces = [
@@ -48,9 +48,9 @@ pub(super) fn form(keys: &raw::SoftKeys, scope: Scope, faults: &mut Faults) -> F
     for ((key, given), (own, n_m), more) in braces {
         if given == Some(false) && n_m.is_some() {
             let what = format!("there are no such springs by `{key}: false`");
-            faults.add(scope.key(own), what, format!("remove it, or `{key}`"));
+            faults.refuse(scope, own, what, format!("remove it, or `{key}`"));
         }
-        let n_m = faults.optional((scope, own), n_m, STIFFNESS);
+        let n_m = faults.optional(scope, own, n_m, STIFFNESS);
         if given == Some(true) || n_m.is_some() {
             steps.extend(more);
             stiffness.extend(more.map(|_| n_m));

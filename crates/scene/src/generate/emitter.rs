@@ -4,7 +4,7 @@ use glam::DVec3;
 use motion::{Method, Swarm};
 
 use super::entry::{GeneratedEntry, count, direction, shared};
-use crate::check::{MASS, RADIUS, Rule, SPEED, Scope, positive};
+use crate::check::{MASS, RADIUS, Rule, SPEED, Scope, positive, rule};
 use crate::random::in_cone;
 use crate::raw;
 use crate::scene::BodySpec;
@@ -12,12 +12,12 @@ use crate::scene::coupled::{EmitterSpec, SwarmSpec};
 use crate::scene::names::Numbering;
 use crate::text::faults::Faults;
 
-const RATE: Rule = (positive, "a rate", "give a positive number of particles a second");
-const LIFE: Rule = (positive, "a time to live", "give a positive number of seconds");
+const RATE: Rule = rule(positive, "a rate", "give a positive number of particles a second");
+const LIFE: Rule = rule(positive, "a time to live", "give a positive number of seconds");
 /// The radius of a particle if the scene names none, m.
 const DROP_M: f64 = 0.04;
 /// Half the angle of the cone.
-const SPREAD: Rule = (
+const SPREAD: Rule = rule(
     |v| (0.0..=180.0).contains(&v),
     "an angle of spread",
     "give degrees from 0 to 180, from the middle to the edge",
@@ -31,29 +31,31 @@ pub(super) fn emitter(raw: &raw::Emitter, index: usize, faults: &mut Faults) -> 
     let scope = Scope::item("emitters", index);
     faults.require(
         raw.rate_per_s.is_some(),
-        (scope, "rate_per_s"),
+        scope,
+        "rate_per_s",
         "add one such as `rate_per_s: 100.0`",
     );
     faults.require(
         raw.speed_m_s.is_some(),
-        (scope, "speed_m_s"),
+        scope,
+        "speed_m_s",
         "add one such as `speed_m_s: 10.0`",
     );
-    faults.require(raw.life_s.is_some(), (scope, "life_s"), "add one such as `life_s: 3.0`");
-    let rate = faults.number((scope, "rate_per_s"), raw.rate_per_s, 1.0, RATE);
-    let life = faults.number((scope, "life_s"), raw.life_s, 1.0, LIFE);
+    faults.require(raw.life_s.is_some(), scope, "life_s", "add one such as `life_s: 3.0`");
+    let rate = faults.number(scope, "rate_per_s", raw.rate_per_s, 1.0, RATE);
+    let life = faults.number(scope, "life_s", raw.life_s, 1.0, LIFE);
     let capacity = match raw.capacity {
         // As many particles as live at once.
         None => (rate * life).ceil() as u64,
-        Some(_) => u64::from(count(raw.capacity, (scope, "capacity"), faults)),
+        Some(_) => u64::from(count(raw.capacity, scope, "capacity", faults)),
     };
-    let direction = direction((scope, "direction"), raw.direction, faults);
-    let spread_deg = faults.number((scope, "spread_deg"), raw.spread_deg, 0.0, SPREAD);
-    let speed = faults.number((scope, "speed_m_s"), raw.speed_m_s, 0.0, SPEED);
-    let radius = faults.number((scope, "radius_m"), raw.radius_m, DROP_M, RADIUS) as f32;
+    let direction = direction(scope, "direction", raw.direction, faults);
+    let spread_deg = faults.number(scope, "spread_deg", raw.spread_deg, 0.0, SPREAD);
+    let speed = faults.number(scope, "speed_m_s", raw.speed_m_s, 0.0, SPEED);
+    let radius = faults.number(scope, "radius_m", raw.radius_m, DROP_M, RADIUS) as f32;
     // The whole pool is at rest at the emitter.
-    let (body, own) = shared(&raw.shared(), scope, ((1.0, 1.0), MASS), faults);
-    let position = faults.vector((scope, "position_m"), raw.position_m, DVec3::ZERO);
+    let (body, own) = shared(&raw.shared(), scope, 1.0, 1.0, MASS, faults);
+    let position = faults.vector(scope, "position_m", raw.position_m, DVec3::ZERO);
     let body = BodySpec { position, ..body };
     let swarm = swarm(raw, scope, capacity, body.method, faults);
     GeneratedEntry {
@@ -110,13 +112,13 @@ fn swarm(
     faults: &mut Faults,
 ) -> Option<(Method, Option<u32>)> {
     let on_device =
-        faults.word((scope, "on"), raw.on.as_ref(), false, &[("cpu", false), ("gpu", true)]);
+        faults.word(scope, "on", raw.on.as_ref(), false, &[("cpu", false), ("gpu", true)]);
     let layouts = [("positions", false), ("velocity", true)];
-    let keeps_velocity = faults.word((scope, "layout"), raw.layout.as_ref(), false, &layouts);
+    let keeps_velocity = faults.word(scope, "layout", raw.layout.as_ref(), false, &layouts);
     if !on_device {
         if raw.layout.is_some() {
             let what = "a layout is that of particles on a graphics device";
-            faults.add(scope.key("layout"), what, "give on: gpu, or remove it");
+            faults.refuse(scope, "layout", what, "give on: gpu, or remove it");
         }
         return None;
     }
@@ -137,7 +139,7 @@ fn swarm(
                 "the device keeps {layout} of a particle, which {} cannot use",
                 method.name()
             );
-            faults.add(scope.key("method"), what, cure);
+            faults.refuse(scope, "method", what, cure);
             usual
         }
         method => method.unwrap_or(usual),
@@ -145,7 +147,7 @@ fn swarm(
     if capacity > SWARM_LIMIT {
         let key = if raw.capacity.is_some() { "capacity" } else { "rate_per_s" };
         let what = format!("{capacity} particles are too many for a graphics device");
-        faults.add(scope.key(key), what, format!("give at most {SWARM_LIMIT} at once"));
+        faults.refuse(scope, key, what, format!("give at most {SWARM_LIMIT} at once"));
     }
     Some((method, raw.substeps))
 }

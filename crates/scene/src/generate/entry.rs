@@ -7,7 +7,7 @@ use motion::Method;
 use rand_pcg::Pcg64;
 
 use super::body::Defaults;
-use crate::check::{Key, Scope, shown_vector};
+use crate::check::{Scope, shown_vector};
 use crate::memory::Census;
 use crate::raw;
 use crate::scene::BodySpec;
@@ -42,11 +42,17 @@ pub(crate) struct Section {
     pub substeps: Option<u32>,
 }
 
+/// Whether an entry names a method itself, and whether it names a number of substeps.
+#[derive(Clone, Copy)]
+pub(super) struct Own {
+    pub method: bool,
+    pub substeps: bool,
+}
+
 /// An entry that makes bodies.
 pub(super) struct GeneratedEntry {
     pub scope: Scope,
-    /// Whether it names a method itself, and whether it names a number of substeps.
-    pub own: (bool, bool),
+    pub own: Own,
     pub count: u64,
     /// Number of particles on a graphics device.
     pub swarm_particles: u64,
@@ -83,60 +89,63 @@ impl Section {
     pub(super) fn new(
         scope: Scope,
         ids: Range<u32>,
-        (own_method, own_substeps): (bool, bool),
+        own: Own,
         body: &BodySpec,
         scenes: Defaults,
     ) -> Self {
         Self {
             scope,
             ids,
-            method: if own_method { body.method } else { scenes.method },
-            own_method,
-            substeps: if own_substeps { body.substeps } else { Some(scenes.substeps) },
+            method: if own.method { body.method } else { scenes.method },
+            own_method: own.method,
+            substeps: if own.substeps { body.substeps } else { Some(scenes.substeps) },
         }
     }
 }
 
-/// What the bodies of an entry have in common by its shared keys, and whether it names a method and a number of
-/// substeps itself. `mass` is the default mass and the number of bodies that share the mass; `cure` is that of a
-/// wrong mass.
+/// What the bodies of an entry have in common by its shared keys. The mass is `mass` by default, and shared by
+/// `bodies`; `cure` is that of a wrong mass.
 pub(super) fn shared(
     keys: &raw::SharedKeys<'_>,
     scope: Scope,
-    (mass, cure): ((f64, f64), &str),
+    mass: f64,
+    bodies: f64,
+    cure: &str,
     faults: &mut Faults,
-) -> (BodySpec, (bool, bool)) {
+) -> (BodySpec, Own) {
     let body = BodySpec {
-        inverse_mass: Some(faults.inverse_mass(scope, keys.mass_kg, mass, cure)),
+        inverse_mass: Some(faults.inverse_mass(scope, keys.mass_kg, mass, bodies, cure)),
         color: faults.color(scope, keys.color),
         method: faults.method(scope, keys.method),
         substeps: faults.substeps(scope, keys.substeps),
         ..BodySpec::DEFAULT
     };
-    (body, (keys.method.is_some(), keys.substeps.is_some()))
+    (body, Own { method: keys.method.is_some(), substeps: keys.substeps.is_some() })
 }
 
 /// A number of bodies, at least 1; 0 if it is missing or invalid.
-pub(super) fn count(value: Option<u32>, (scope, key): Key<'_>, faults: &mut Faults) -> u32 {
+pub(super) fn count(value: Option<u32>, scope: Scope, key: &str, faults: &mut Faults) -> u32 {
     const CURE: &str = "give a whole number from 1 up";
-    faults.require(value.is_some(), (scope, key), CURE);
+    faults.require(value.is_some(), scope, key, CURE);
     if value == Some(0) {
-        faults.add(scope.key(key), format!("{key} is 0, which makes no body"), CURE);
+        faults.refuse(scope, key, format!("{key} is 0, which makes no body"), CURE);
     }
     value.unwrap_or(0)
 }
 
 /// A unit vector; up if it is missing or invalid.
 pub(super) fn direction(
-    (scope, key): Key<'_>,
+    scope: Scope,
+    key: &str,
     value: Option<Triple>,
     faults: &mut Faults,
 ) -> DVec3 {
-    let given = faults.vector((scope, key), value, DVec3::Y);
+    let given = faults.vector(scope, key, value, DVec3::Y);
     given.try_normalize().unwrap_or_else(|| {
         let what = format!("{} is not a direction", shown_vector(given));
-        faults.add(
-            scope.key(key),
+        faults.refuse(
+            scope,
+            key,
             what,
             "give a vector that is not zero; its length does not matter",
         );

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, IVec3, UVec3};
 
-use crate::check::{Key, Scope};
+use crate::check::Scope;
 use crate::raw;
 use crate::scene::names::Numbering;
 use crate::text::faults::Faults;
@@ -127,11 +127,11 @@ pub(super) fn pinned(
 }
 
 /// A number of points along a line, at least 2; 0 if it is missing or invalid.
-pub(super) fn points(value: Option<u32>, (scope, key): Key<'_>, faults: &mut Faults) -> u32 {
+pub(super) fn points(value: Option<u32>, scope: Scope, key: &str, faults: &mut Faults) -> u32 {
     const CURE: &str = "give a whole number from 2 up";
     match value {
         Some(points) if points >= 2 => return points,
-        Some(points) => faults.add(scope.key(key), format!("{points} makes no spring"), CURE),
+        Some(points) => faults.refuse(scope, key, format!("{points} makes no spring"), CURE),
         None => faults.missing(scope.path(), key, CURE),
     }
     0

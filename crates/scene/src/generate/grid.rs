@@ -25,24 +25,25 @@ pub(super) fn grid(raw: &raw::Grid, index: usize, faults: &mut Faults) -> Genera
     let scope = Scope::item("grids", index);
     // The shapes of a `mixed` grid are drawn at random.
     let kinds = [("mixed", None), ("cubes", Some(CUBE)), ("spheres", Some(SPHERE))];
-    let shape = faults.word((scope, "kind"), raw.kind.as_ref(), None, &kinds);
-    let rows = count(raw.rows, (scope, "rows"), faults);
-    let columns = count(raw.columns, (scope, "columns"), faults);
+    let shape = faults.word(scope, "kind", raw.kind.as_ref(), None, &kinds);
+    let rows = count(raw.rows, scope, "rows", faults);
+    let columns = count(raw.columns, scope, "columns", faults);
     let spacing = raw.spacing_m.unwrap_or([GRID_SPACING; 2]);
     let [along_x, along_z] = spacing;
-    let origin = faults.vector((scope, "origin_m"), raw.origin_m, DVec3::ZERO);
+    let origin = faults.vector(scope, "origin_m", raw.origin_m, DVec3::ZERO);
     let span = DVec3::new(f64::from(columns) * along_x, 0.0, f64::from(rows) * along_z);
     if !spacing.into_iter().all(positive) {
         let what = format!("({}, {}) is not a spacing", shown(along_x), shown(along_z));
-        faults.add(scope.key("spacing_m"), what, "give two positive numbers of meters");
+        faults.refuse(scope, "spacing_m", what, "give two positive numbers of meters");
     } else if !(origin + span).is_finite() {
-        faults.add(
-            scope.key("spacing_m"),
+        faults.refuse(
+            scope,
+            "spacing_m",
             "the grid reaches beyond all numbers",
             "give a smaller spacing",
         );
     }
-    let (body, own) = shared(&raw.shared(), scope, ((GRID_MASS, 1.0), MASS), faults);
+    let (body, own) = shared(&raw.shared(), scope, GRID_MASS, 1.0, MASS, faults);
     let body = BodySpec { checker: true, ..body };
     GeneratedEntry {
         scope,

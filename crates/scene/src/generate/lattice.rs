@@ -21,22 +21,23 @@ pub(super) fn form(keys: &raw::SoftKeys, scope: Scope, faults: &mut Faults) -> F
     let cells = UVec3::from_array(keys.cells.unwrap_or([1; 3]));
     let cure = "give three whole numbers from 1 up, as in `cells: (3, 3, 3)`";
     let countable = cells.min_element() > 0 && cells.max_element() < u32::MAX;
-    faults.require(keys.cells.is_some(), (scope, "cells"), cure);
+    faults.require(keys.cells.is_some(), scope, "cells", cure);
     if !countable {
         let what = format!("({}, {}, {}) makes no block of cells", cells.x, cells.y, cells.z);
-        faults.add(scope.key("cells"), what, cure);
+        faults.refuse(scope, "cells", what, cure);
     }
     faults.require(
         keys.size_m.is_some(),
-        (scope, "size_m"),
+        scope,
+        "size_m",
         "give one such as `size_m: (1.0, 1.0, 1.0)`",
     );
-    let center = faults.vector((scope, "center_m"), keys.center_m, DVec3::ZERO);
+    let center = faults.vector(scope, "center_m", keys.center_m, DVec3::ZERO);
     let size = keys.size_m.map_or(DVec3::ONE, DVec3::from_array);
     if !size.to_array().into_iter().all(positive) || !within_numbers(&[center, size, center + size])
     {
         let cure = "give three positive numbers of meters";
-        faults.add(scope.key("size_m"), format!("{} is not a size", shown_vector(size)), cure);
+        faults.refuse(scope, "size_m", format!("{} is not a size", shown_vector(size)), cure);
     }
     let points = if countable { cells + 1 } else { UVec3::ZERO };
     // The 13 of the 26 neighbors that come later: edges, diagonals of faces and diagonals of cells.

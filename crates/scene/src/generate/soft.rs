@@ -6,7 +6,7 @@ use motion::{Elastic, Link};
 use super::entry::{Bodies, GeneratedEntry, shared};
 use super::form::Form;
 use super::{chain, cloth, lattice};
-use crate::check::{DAMPING_RATE, Rule, STIFFNESS, Scope, not_negative};
+use crate::check::{DAMPING_RATE, Rule, STIFFNESS, Scope, not_negative, rule};
 use crate::raw;
 use crate::scene::BodySpec;
 use crate::scene::coupled::SoftBodySpec;
@@ -21,10 +21,10 @@ pub(super) fn soft(
 ) -> Option<GeneratedEntry> {
     let scope = Scope::item("soft_bodies", index);
     for key in raw.keys_of_other_kinds() {
-        faults.add(scope.key(key), format!("a {} has no `{key}`", raw.word), "remove it");
+        faults.refuse(scope, key, format!("a {} has no `{key}`", raw.word), "remove it");
     }
     let keys = &raw.keys;
-    let elastic = elastic((link_stiffness(raw, scope, faults), keys.damping_n_s_m), scope, faults);
+    let elastic = elastic(link_stiffness(raw, scope, faults), keys.damping_n_s_m, scope, faults);
     let elastic = Elastic { pull_only: keys.pull_only == Some(true), ..elastic };
     let form = match raw.word.as_str() {
         "chain" => Some(chain::form(keys, scope, faults)),
@@ -38,13 +38,13 @@ pub(super) fn soft(
     };
     let points = form.as_ref().map_or(1, |form| form.count().max(1)) as f64;
     let mass = "give a positive number of kilograms for all points together";
-    let (body, own) = shared(&keys.shared(), scope, ((1.0, points), mass), faults);
+    let (body, own) = shared(&keys.shared(), scope, 1.0, points, mass, faults);
     let body = BodySpec {
-        damping_rate: faults.optional((scope, "damping_per_s"), keys.damping_per_s, DAMPING_RATE),
+        damping_rate: faults.optional(scope, "damping_per_s", keys.damping_per_s, DAMPING_RATE),
         gravity_off: keys.gravity_off == Some(true),
         ..body
     };
-    let velocity = faults.vector((scope, "velocity_m_s"), keys.velocity_m_s, DVec3::ZERO);
+    let velocity = faults.vector(scope, "velocity_m_s", keys.velocity_m_s, DVec3::ZERO);
     let form = form?;
     Some(GeneratedEntry {
         scope,
@@ -56,7 +56,7 @@ pub(super) fn soft(
         triangles: if form.sheet { 2 * form.count() } else { 0 },
         numbering: form.numbering,
         body,
-        make: Box::new(move |name, bodies, _| make(name, &form, elastic, (body, velocity), bodies)),
+        make: Box::new(move |name, bodies, _| make(name, &form, elastic, body, velocity, bodies)),
     })
 }
 
@@ -67,24 +67,25 @@ fn link_stiffness(raw: &raw::SoftBody, scope: Scope, faults: &mut Faults) -> Opt
     let Some(whole) = keys.stiffness_of_whole_n_m else { return keys.stiffness_n_m };
     if keys.stiffness_n_m.is_some() && raw.word == "chain" {
         let what = "the stiffness of the chain is given twice";
-        faults.add(scope.key("stiffness_of_whole_n_m"), what, "keep it or `stiffness_n_m`");
+        faults.refuse(scope, "stiffness_of_whole_n_m", what, "keep it or `stiffness_n_m`");
     }
-    let whole = faults.number((scope, "stiffness_of_whole_n_m"), Some(whole), 0.0, STIFFNESS);
+    let whole = faults.number(scope, "stiffness_of_whole_n_m", Some(whole), 0.0, STIFFNESS);
     Some(whole * f64::from(keys.points.unwrap_or(2).saturating_sub(1)))
 }
 
 /// Stiffness, N/m, and damping, N s/m, of springs, without a length yet.
 pub(crate) fn elastic(
-    (stiffness, damping): (Option<f64>, Option<f64>),
+    stiffness: Option<f64>,
+    damping: Option<f64>,
     scope: Scope,
     faults: &mut Faults,
 ) -> Elastic {
-    const DAMPING: Rule = (not_negative, "a damping", "give a number of N s/m from 0 up");
+    const DAMPING: Rule = rule(not_negative, "a damping", "give a number of N s/m from 0 up");
     let cure = "add one such as `stiffness_n_m: 100.0`";
-    faults.require(stiffness.is_some(), (scope, "stiffness_n_m"), cure);
+    faults.require(stiffness.is_some(), scope, "stiffness_n_m", cure);
     Elastic {
-        stiffness: faults.number((scope, "stiffness_n_m"), stiffness, 0.0, STIFFNESS),
-        damping: faults.number((scope, "damping_n_s_m"), damping, 0.0, DAMPING),
+        stiffness: faults.number(scope, "stiffness_n_m", stiffness, 0.0, STIFFNESS),
+        damping: faults.number(scope, "damping_n_s_m", damping, 0.0, DAMPING),
         rest_length: 0.0,
         pull_only: false,
     }
@@ -95,7 +96,8 @@ fn make(
     name: String,
     form: &Form,
     elastic: Elastic,
-    (body, velocity): (BodySpec, DVec3),
+    body: BodySpec,
+    velocity: DVec3,
     Bodies { bodies, soft_bodies, .. }: &mut Bodies,
 ) {
     let first = bodies.len();

@@ -13,7 +13,7 @@ use super::{
     RunMeasure, SUFFIXES, Sentence,
 };
 use crate::action::{Action, ChangeAction, InputAction};
-use crate::check::{Rule, STEP_RATE, Scope, positive};
+use crate::check::{Rule, STEP_RATE, Scope, positive, rule};
 use crate::resolve::springs::unsolvable;
 use crate::scene::Scene;
 use crate::script::undeclared;
@@ -25,8 +25,11 @@ use crate::text::syntax::{self, Name, Word, keys_of};
 /// Longest run of a lesson, s: a person waits for it.
 const LONGEST_RUN: f64 = 120.0;
 
-const DURATION: Rule =
-    (|v| positive(v) && v <= LONGEST_RUN, "a length of a run", "give seconds above 0, at most 120");
+const DURATION: Rule = rule(
+    |v| positive(v) && v <= LONGEST_RUN,
+    "a length of a run",
+    "give seconds above 0, at most 120",
+);
 
 /// Longest time for holding a key or waiting, s.
 const LONGEST_HOLD: f64 = 20.0;
@@ -314,7 +317,7 @@ impl Reader<'_> {
         let scope = Scope::item("runs", i);
         let file = raw.scene.as_deref().unwrap_or(lesson);
         let scene = self.scene(&scope.key("scene"), file);
-        self.faults.require(raw.seconds.is_some(), (scope, "seconds"), "add `seconds: 10`");
+        self.faults.require(raw.seconds.is_some(), scope, "seconds", "add `seconds: 10`");
         for (n, action) in raw.start.iter().enumerate() {
             let path = format!("runs[{i}].start[{n}]");
             if action.change().is_none() {
@@ -326,15 +329,15 @@ impl Reader<'_> {
         let start: Vec<_> = raw.start.iter().filter_map(Action::change).cloned().collect();
         let method = self.faults.method(scope, raw.method.as_ref());
         let substeps = self.faults.substeps(scope, raw.substeps);
-        let step_hz = self.faults.optional((scope, "step_hz"), raw.step_hz, STEP_RATE);
-        let seconds = self.faults.number((scope, "seconds"), raw.seconds, 1.0, DURATION);
+        let step_hz = self.faults.optional(scope, "step_hz", raw.step_hz, STEP_RATE);
+        let seconds = self.faults.number(scope, "seconds", raw.seconds, 1.0, DURATION);
         if let Some(scene) = &scene {
             let set = start.iter().filter_map(ChangeAction::method);
             let attracts = scene.mutual_gravity.is_some();
             if let Some(why) =
                 method.into_iter().chain(set).find_map(|method| unsolvable(method, attracts))
             {
-                self.faults.add(scope.key("method"), why, "take another method");
+                self.faults.refuse(scope, "method", why, "take another method");
             }
         }
         LessonRun {
@@ -372,7 +375,7 @@ impl Reader<'_> {
         scene: Option<&Scene>,
     ) -> LessonStep {
         let scope = Scope::item("steps", i);
-        self.faults.require(raw.task.is_some(), (scope, "task"), "say what to do");
+        self.faults.require(raw.task.is_some(), scope, "task", "say what to do");
         let then = self.sentence(scope, raw.then.as_deref(), names);
         let holds = raw.holds.as_deref().map(|text| self.formula(scope.key("holds"), text, names));
         if then.formulas().next().is_some() && holds.is_none() {
@@ -395,16 +398,13 @@ impl Reader<'_> {
             ("within", raw.number.is_none() && raw.within.is_some()),
         ];
         for (key, _) in of_others.into_iter().filter(|(_, given)| *given) {
-            self.faults.add(
-                scope.key(key),
-                "this key belongs to another kind of step",
-                "remove it",
-            );
+            self.faults.refuse(scope, key, "this key belongs to another kind of step", "remove it");
         }
         let goal = if let Some(when) = &raw.done {
             self.faults.require(
                 raw.solution.is_some(),
-                (scope, "solution"),
+                scope,
+                "solution",
                 "list the actions that do it",
             );
             let when = self.formula(scope.key("done"), when, names);
@@ -417,7 +417,8 @@ impl Reader<'_> {
         } else {
             self.faults.require(
                 raw.answer.is_some(),
-                (scope, "answer"),
+                scope,
+                "answer",
                 "add the answer that is right",
             );
             let solution = raw.answer.unwrap_or_default();
@@ -429,8 +430,9 @@ impl Reader<'_> {
                         .map(|(n, choice)| self.choice(i, n, choice, names))
                         .collect();
                     if !choices.iter().any(|(say, _)| *say == solution) {
-                        self.faults.add(
-                            scope.key("answer"),
+                        self.faults.refuse(
+                            scope,
+                            "answer",
                             "the answer is not among the choices",
                             "repeat one of them",
                         );
@@ -444,10 +446,11 @@ impl Reader<'_> {
                         names,
                     ),
                     within: self.faults.number(
-                        (scope, "within"),
+                        scope,
+                        "within",
                         raw.within,
                         WITHIN,
-                        (
+                        rule(
                             |v| v > 0.0 && v < 1.0,
                             "a part of the right answer",
                             "give a number between 0 and 1",
@@ -498,8 +501,9 @@ impl Reader<'_> {
                 sentence
             }
             Err(what) => {
-                self.faults.add(
-                    scope.key("then"),
+                self.faults.refuse(
+                    scope,
+                    "then",
                     what,
                     "write numbers as formulas in braces, as in `{v / 2} m/s`",
                 );

@@ -8,12 +8,13 @@ use crate::generate::Bodies;
 use crate::raw;
 use crate::text::faults::Faults;
 
-/// The stable id of the body `name`, if it has physics and is no particle. `cannot` says in faults what cannot be
-/// done to other bodies.
+/// The stable id of the body `name`, if it has physics and is no particle. `path` is that of the name in
+/// faults, and `cannot` says there what cannot be done to other bodies.
 pub(crate) fn physical(
     name: &str,
     bodies: &Bodies,
-    (path, cannot): (String, &str),
+    path: String,
+    cannot: &str,
     faults: &mut Faults,
 ) -> Option<u32> {
     let names = bodies.names.as_ref()?;
@@ -43,7 +44,7 @@ pub(crate) fn carry_emitters(raw: &[raw::Emitter], bodies: &mut Bodies, faults: 
     for (i, raw) in raw.iter().enumerate() {
         let Some(name) = &raw.rides_on else { continue };
         let path = Scope::item("emitters", i).key("rides_on");
-        let carrier = physical(name, bodies, (path, "no emitter can ride on"), faults);
+        let carrier = physical(name, bodies, path, "no emitter can ride on", faults);
         let Bodies { bodies, emitters, .. } = &mut *bodies;
         if let (Some(emitter), Some(id)) = (emitters.get_mut(i), carrier) {
             emitter.rides_on = carrier;
@@ -67,7 +68,8 @@ const SWARM_WELLS: usize = 64;
 /// Checks what acts on the particles of emitters on a graphics device.
 pub(crate) fn check_swarms(
     raw: &raw::Scene,
-    (step_hz, laws): (f64, &WorldLaws),
+    step_hz: f64,
+    laws: &WorldLaws,
     bodies: &Bodies,
     faults: &mut Faults,
 ) {
@@ -78,32 +80,33 @@ pub(crate) fn check_swarms(
             let most = (SWARM_TICKS / step_hz).floor();
             let what =
                 format!("on a graphics device a particle lives for at most {SWARM_TICKS} ticks");
-            faults.add(scope.key("life_s"), what, format!("give at most {most} s, or on: cpu"));
+            faults.refuse(scope, "life_s", what, format!("give at most {most} s, or on: cpu"));
         }
         let slots = emitter.swarm.as_ref().map_or(0, |swarm| swarm.launches.len());
         if emitter.rate > SWARM_REUSE * slots as f64 {
             let what = format!(
                 "each of {slots} particles is replaced more than {SWARM_REUSE} times per second"
             );
-            faults.add(scope.key("rate_per_s"), what, "give more `capacity`, or on: cpu");
+            faults.refuse(scope, "rate_per_s", what, "give more `capacity`, or on: cpu");
         }
         if raw.range.is_some() {
             let what = "particles on a graphics device know nothing of range";
-            faults.add(scope.key("on"), what, "give on: cpu, or remove `range`");
+            faults.refuse(scope, "on", what, "give on: cpu, or remove `range`");
         }
         if raw.mutual_gravity.is_some() {
             let what = "particles on a graphics device know nothing of mutual_gravity";
-            faults.add(scope.key("on"), what, "give on: cpu, or wells in place of mutual_gravity");
+            faults.refuse(scope, "on", what, "give on: cpu, or wells in place of mutual_gravity");
         }
         if let Some(law) = laws.without_device_form() {
             let what = format!("no graphics device evaluates the law `{law}`");
-            faults.add(scope.key("on"), what, format!("give on: cpu, or remove `{law}`"));
+            faults.refuse(scope, "on", what, format!("give on: cpu, or remove `{law}`"));
         }
         let wells = raw.wells.iter().filter(|well| well.bodies.is_none()).count();
         if wells > SWARM_WELLS {
             let what = format!("{wells} wells are too many for particles on a graphics device");
-            faults.add(
-                scope.key("on"),
+            faults.refuse(
+                scope,
+                "on",
                 what,
                 format!("give at most {SWARM_WELLS} wells, or on: cpu"),
             );

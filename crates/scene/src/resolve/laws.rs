@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 use motion::{BodyDrag, Curve, Drag, MutualGravity, Thrust, Well, Wells, Wind, WorldLaws};
 
-use crate::check::{Rule, Scope, not_negative, shown};
+use crate::check::{Rule, Scope, not_negative, rule, shown};
 use crate::generate::Bodies;
 use crate::raw;
 use crate::resolve::carriers::physical;
@@ -17,20 +17,21 @@ use crate::text::syntax::Triple;
 /// The constant of gravity, m³/(kg s²) (CODATA 2018).
 const GRAVITATIONAL_CONSTANT: f64 = 6.674_30e-11;
 
-const LINEAR: Rule = (not_negative, "a rate of drag", "give a number of 1/s from 0 up");
-const QUADRATIC: Rule = (not_negative, "a factor of drag", "give a number of 1/m from 0 up");
-const BODY_DRAG: Rule = (not_negative, "a coefficient of drag", "give a number from 0 up");
-const GUST: Rule = (not_negative, "a strength of gusts", "give meters per second from 0 up");
-const GUST_HZ: Rule = (not_negative, "a frequency", "give gusts a second from 0 up");
+const LINEAR: Rule = rule(not_negative, "a rate of drag", "give a number of 1/s from 0 up");
+const QUADRATIC: Rule = rule(not_negative, "a factor of drag", "give a number of 1/m from 0 up");
+const BODY_DRAG: Rule = rule(not_negative, "a coefficient of drag", "give a number from 0 up");
+const GUST: Rule = rule(not_negative, "a strength of gusts", "give meters per second from 0 up");
+const GUST_HZ: Rule = rule(not_negative, "a frequency", "give gusts a second from 0 up");
 const CONSTANT: Rule =
-    (f64::is_finite, "a constant of gravity", "give a finite number, below 0 to repel");
-const STRENGTH: Rule = (f64::is_finite, "a strength", "give a finite number, below 0 to repel");
+    rule(f64::is_finite, "a constant of gravity", "give a finite number, below 0 to repel");
+const STRENGTH: Rule = rule(f64::is_finite, "a strength", "give a finite number, below 0 to repel");
 /// The softening length of a well or of mutual gravity.
-const SOFTENING: Rule = (not_negative, "a softening", "give a number of meters from 0 up");
-const FREQUENCY: Rule = (f64::is_finite, "a frequency", "give a finite number of radians a second");
-const PHASE: Rule = (f64::is_finite, "a phase", "give a finite number of radians");
-const START: Rule = (|v| v < f64::INFINITY, "a time", "give seconds, or leave it out");
-const END: Rule = (|v| !v.is_nan(), "a time", "give seconds, or leave it out");
+const SOFTENING: Rule = rule(not_negative, "a softening", "give a number of meters from 0 up");
+const FREQUENCY: Rule =
+    rule(f64::is_finite, "a frequency", "give a finite number of radians a second");
+const PHASE: Rule = rule(f64::is_finite, "a phase", "give a finite number of radians");
+const START: Rule = rule(|v| v < f64::INFINITY, "a time", "give seconds, or leave it out");
+const END: Rule = rule(|v| !v.is_nan(), "a time", "give seconds, or leave it out");
 
 /// The laws of every body. Wells that name bodies and drag of single bodies become own laws.
 pub(crate) fn world_laws(raw: &raw::Scene, own: &mut OwnLaws, faults: &mut Faults) -> WorldLaws {
@@ -57,32 +58,38 @@ fn drag(raw: Option<&raw::Drag>, wind: Option<&raw::Wind>, faults: &mut Faults) 
         let cure = "add `linear_per_s`, `quadratic_per_m` or both";
         faults.add(scope.path(), "drag needs at least one coefficient", cure);
     }
-    let linear = faults.number((scope, "linear_per_s"), raw.linear_per_s, 0.0, LINEAR);
-    let quadratic = faults.number((scope, "quadratic_per_m"), raw.quadratic_per_m, 0.0, QUADRATIC);
+    let linear = faults.number(scope, "linear_per_s", raw.linear_per_s, 0.0, LINEAR);
+    let quadratic = faults.number(scope, "quadratic_per_m", raw.quadratic_per_m, 0.0, QUADRATIC);
     Some(Drag { linear, quadratic, wind })
 }
 
 fn wind(raw: &raw::Wind, faults: &mut Faults) -> Wind {
     let scope = Scope::section("wind");
     let cure = "add one such as `velocity_m_s: (3.0, 0.0, 0.0)`";
-    faults.require(raw.velocity_m_s.is_some(), (scope, "velocity_m_s"), cure);
+    faults.require(raw.velocity_m_s.is_some(), scope, "velocity_m_s", cure);
     let cure = "gusts need `gust_m_s` and `gust_hz`; add it, or remove the other";
     let (gust, gust_hz) = (raw.gust_m_s.is_some(), raw.gust_hz.is_some());
-    faults.require(gust || !gust_hz, (scope, "gust_m_s"), cure);
-    faults.require(gust_hz || !gust, (scope, "gust_hz"), cure);
+    faults.require(gust || !gust_hz, scope, "gust_m_s", cure);
+    faults.require(gust_hz || !gust, scope, "gust_hz", cure);
     Wind {
-        velocity: faults.vector((scope, "velocity_m_s"), raw.velocity_m_s, DVec3::ZERO),
-        gust: faults.number((scope, "gust_m_s"), raw.gust_m_s, 0.0, GUST),
-        gust_hz: faults.number((scope, "gust_hz"), raw.gust_hz, 0.0, GUST_HZ),
+        velocity: faults.vector(scope, "velocity_m_s", raw.velocity_m_s, DVec3::ZERO),
+        gust: faults.number(scope, "gust_m_s", raw.gust_m_s, 0.0, GUST),
+        gust_hz: faults.number(scope, "gust_hz", raw.gust_hz, 0.0, GUST_HZ),
     }
 }
 
 pub(crate) fn mutual_gravity(raw: &raw::MutualGravity, faults: &mut Faults) -> MutualGravity {
     let scope = Scope::section("mutual_gravity");
-    let key = (scope, "constant_m3_kg_s2");
+    let key = "constant_m3_kg_s2";
     MutualGravity {
-        constant: faults.number(key, raw.constant_m3_kg_s2, GRAVITATIONAL_CONSTANT, CONSTANT),
-        softening: faults.number((scope, "softening_m"), raw.softening_m, 0.0, SOFTENING),
+        constant: faults.number(
+            scope,
+            key,
+            raw.constant_m3_kg_s2,
+            GRAVITATIONAL_CONSTANT,
+            CONSTANT,
+        ),
+        softening: faults.number(scope, "softening_m", raw.softening_m, 0.0, SOFTENING),
     }
 }
 
@@ -106,19 +113,19 @@ impl<'a> OwnLaws<'a> {
             if in_wind {
                 let what =
                     "wind moves the air of the scene's `drag` alone, and this drag is in still air";
-                faults.add(scope.key(key), what, "remove it or `wind`, or use `drag`");
+                faults.refuse(scope, key, what, "remove it or `wind`, or use `drag`");
             }
             if body.immovable == Some(true) {
                 let what = format!("an immovable body is not slowed, so no `{key}`");
-                faults.add(scope.key(key), what, "remove it, or immovable: true");
+                faults.refuse(scope, key, what, "remove it, or immovable: true");
                 continue;
             }
             if body.quadratic_drag_kg_m.is_some() && body.drag_area_m2.is_some() {
                 let what = "the quadratic drag of the body is given twice";
-                faults.add(scope.key("drag_area_m2"), what, "keep it or `quadratic_drag_kg_m`");
+                faults.refuse(scope, "drag_area_m2", what, "keep it or `quadratic_drag_kg_m`");
             }
             let [linear, quadratic, area] =
-                body.drags().map(|(key, value)| faults.number((scope, key), value, 0.0, BODY_DRAG));
+                body.drags().map(|(key, value)| faults.number(scope, key, value, 0.0, BODY_DRAG));
             let drag = BodyDrag::new(linear, quadratic.max(BodyDrag::of_area(area)));
             if body.scenery != Some(true)
                 && let Ok(id) = u32::try_from(i)
@@ -145,19 +152,20 @@ impl<'a> OwnLaws<'a> {
             };
             if bodies.is_empty() {
                 let cure = "name a body, or leave `bodies` out for a well that attracts all";
-                faults.add(scope.key("bodies"), "a well needs at least one body", cure);
+                faults.refuse(scope, "bodies", "a well needs at least one body", cure);
             }
             for (j, name) in bodies.iter().enumerate() {
                 let key = format!("bodies[{j}]");
                 if bodies[..j].contains(name) {
-                    faults.add(
-                        scope.key(&key),
+                    faults.refuse(
+                        scope,
+                        &key,
                         format!("{name:?} is named twice"),
                         "keep one of them",
                     );
                     continue;
                 }
-                for own in self.each_of(name, (scope, &key), carrier.flatten(), faults) {
+                for own in self.each_of(name, scope, &key, carrier.flatten(), faults) {
                     match carrier {
                         None => own.wells.push(well),
                         Some(None) => {}
@@ -182,16 +190,17 @@ impl<'a> OwnLaws<'a> {
     ) -> Option<u32> {
         if raw.position_m.is_some() {
             let what = "a well that rides on a body is where the body is";
-            faults.add(scope.key("position_m"), what, "remove it, or `rides_on`");
+            faults.refuse(scope, "position_m", what, "remove it, or `rides_on`");
         }
-        physical(name, self.bodies, (scope.key("rides_on"), "no well can ride on"), faults)
+        physical(name, self.bodies, scope.key("rides_on"), "no well can ride on", faults)
     }
 
     /// The laws of the body of that name, or of the movable bodies of the entry of that name, which a well attracts.
     fn each_of(
         &mut self,
         name: &str,
-        (scope, key): (Scope, &str),
+        scope: Scope,
+        key: &str,
         carrier: Option<u32>,
         faults: &mut Faults,
     ) -> Vec<&mut OwnLawsSpec> {
@@ -200,7 +209,7 @@ impl<'a> OwnLaws<'a> {
             let what = format!(
                 "{name:?} is on the graphics device, where every well attracts all particles"
             );
-            faults.add(scope.key(key), what, "give the emitter on: cpu, or leave `bodies` out");
+            faults.refuse(scope, key, what, "give the emitter on: cpu, or leave `bodies` out");
         }
         let group =
             || self.bodies.names.as_ref().filter(|names| names.find(name).is_none())?.group(name);
@@ -217,14 +226,15 @@ impl<'a> OwnLaws<'a> {
         if carrier.is_some()
             && self.bodies.names.as_ref().and_then(|names| names.find(name)) == carrier
         {
-            faults.add(
-                scope.key(key),
+            faults.refuse(
+                scope,
+                key,
                 "a well does not attract the body on which it rides",
                 "remove it",
             );
             return Vec::new();
         }
-        self.of(name, (scope, key), "well attracts", faults).into_iter().collect()
+        self.of(name, scope, key, "well attracts", faults).into_iter().collect()
     }
 
     /// Adds the engines of bodies.
@@ -237,7 +247,7 @@ impl<'a> OwnLaws<'a> {
                 continue;
             };
             let thrust = thrust(raw, scope, faults);
-            let own = self.of(body, (scope, "body"), "engine moves", faults);
+            let own = self.of(body, scope, "body", "engine moves", faults);
             if let (Some(own), Some(thrust)) = (own, thrust) {
                 own.thrusts.push(thrust);
             }
@@ -248,14 +258,15 @@ impl<'a> OwnLaws<'a> {
     fn of(
         &mut self,
         name: &str,
-        (scope, key): (Scope, &str),
+        scope: Scope,
+        key: &str,
         acts: &str,
         faults: &mut Faults,
     ) -> Option<&mut OwnLawsSpec> {
         let names = self.bodies.names.as_ref()?;
         let Some(id) = names.find(name) else {
             let (what, cure) = names.stranger(name);
-            faults.add(scope.key(key), what, cure);
+            faults.refuse(scope, key, what, cure);
             return None;
         };
         let inverse_mass = self.bodies.bodies.get(id as usize).map(|body| body.inverse_mass);
@@ -265,18 +276,18 @@ impl<'a> OwnLaws<'a> {
             _ => return Some(self.by_id.entry(id).or_default()),
         };
         let what = format!("{name:?} is {kind}, so no {acts} it");
-        faults.add(scope.key(key), what, "name a body that can move");
+        faults.refuse(scope, key, what, "name a body that can move");
         None
     }
 }
 
 fn well(raw: &raw::Well, scope: Scope, faults: &mut Faults) -> Well {
     let cure = "add one such as `strength_m3_s2: 1000.0`";
-    faults.require(raw.strength_m3_s2.is_some(), (scope, "strength_m3_s2"), cure);
+    faults.require(raw.strength_m3_s2.is_some(), scope, "strength_m3_s2", cure);
     Well {
-        position: faults.vector((scope, "position_m"), raw.position_m, DVec3::ZERO),
-        strength: faults.number((scope, "strength_m3_s2"), raw.strength_m3_s2, 0.0, STRENGTH),
-        softening: faults.number((scope, "softening_m"), raw.softening_m, 0.0, SOFTENING),
+        position: faults.vector(scope, "position_m", raw.position_m, DVec3::ZERO),
+        strength: faults.number(scope, "strength_m3_s2", raw.strength_m3_s2, 0.0, STRENGTH),
+        softening: faults.number(scope, "softening_m", raw.softening_m, 0.0, SOFTENING),
     }
 }
 
@@ -296,13 +307,13 @@ fn thrust(raw: &raw::Thrust, scope: Scope, faults: &mut Faults) -> Option<Thrust
             None
         }
     };
-    let from = faults.number((scope, "from_s"), raw.from_s, f64::NEG_INFINITY, START);
-    let until = faults.number((scope, "until_s"), raw.until_s, f64::INFINITY, END);
+    let from = faults.number(scope, "from_s", raw.from_s, f64::NEG_INFINITY, START);
+    let until = faults.number(scope, "until_s", raw.until_s, f64::INFINITY, END);
     // The time of a scene begins at 0.
     let start = from.max(0.0);
     if until <= start {
         let what = format!("{} s is not after the start at {} s", shown(until), shown(start));
-        faults.add(scope.key("until_s"), what, "give a later time, or leave it out");
+        faults.refuse(scope, "until_s", what, "give a later time, or leave it out");
     }
     curve.map(|curve| Thrust::new(curve, from, until))
 }
@@ -315,12 +326,11 @@ fn entry(i: usize) -> String {
 fn polynomial(coefficients: &[Triple], scope: Scope, faults: &mut Faults) -> Option<Curve> {
     if coefficients.is_empty() {
         let cure = "give at least the constant force, as in `polynomial([(10.0, 0.0, 0.0)])`";
-        faults.add(scope.key("curve"), "a polynomial needs at least one coefficient", cure);
+        faults.refuse(scope, "curve", "a polynomial needs at least one coefficient", cure);
         return None;
     }
-    let finite = |(i, triple): (usize, &Triple)| {
-        faults.vector((scope, &entry(i)), Some(*triple), DVec3::ZERO)
-    };
+    let finite =
+        |(i, triple): (usize, &Triple)| faults.vector(scope, &entry(i), Some(*triple), DVec3::ZERO);
     Some(Curve::Polynomial(coefficients.iter().enumerate().map(finite).collect()))
 }
 
@@ -339,18 +349,18 @@ fn sine(
             faults.missing(scope.key("curve"), key, cure);
         }
     }
-    let key = (scope, "curve.angular_frequency_rad_s");
+    let key = "curve.angular_frequency_rad_s";
     Curve::Sine {
-        amplitude: faults.vector((scope, "curve.amplitude_n"), amplitude, DVec3::ZERO),
-        angular_frequency: faults.number(key, frequency, 0.0, FREQUENCY),
-        phase: faults.number((scope, "curve.phase_rad"), phase, 0.0, PHASE),
+        amplitude: faults.vector(scope, "curve.amplitude_n", amplitude, DVec3::ZERO),
+        angular_frequency: faults.number(scope, key, frequency, 0.0, FREQUENCY),
+        phase: faults.number(scope, "curve.phase_rad", phase, 0.0, PHASE),
     }
 }
 
 fn table(points: &[(f64, Triple)], scope: Scope, faults: &mut Faults) -> Option<Curve> {
     if points.is_empty() {
         let cure = "give at least one point, as in `table([(0.0, (10.0, 0.0, 0.0))])`";
-        faults.add(scope.key("curve"), "a table needs at least one point", cure);
+        faults.refuse(scope, "curve", "a table needs at least one point", cure);
         return None;
     }
     let mut latest = f64::NEG_INFINITY;
@@ -358,14 +368,14 @@ fn table(points: &[(f64, Triple)], scope: Scope, faults: &mut Faults) -> Option<
         let key = entry(i);
         let cure = "give finite times, each later than the one before";
         if !time.is_finite() {
-            faults.add(scope.key(&key), format!("{} is not a time", shown(*time)), cure);
+            faults.refuse(scope, &key, format!("{} is not a time", shown(*time)), cure);
         } else if *time <= latest {
             let what = format!("{} s comes after {} s", shown(*time), shown(latest));
-            faults.add(scope.key(&key), what, cure);
+            faults.refuse(scope, &key, what, cure);
         } else {
             latest = *time;
         }
-        (*time, faults.vector((scope, &format!("{key}[1]")), Some(*newtons), DVec3::ZERO))
+        (*time, faults.vector(scope, &format!("{key}[1]"), Some(*newtons), DVec3::ZERO))
     };
     Some(Curve::Table(points.iter().enumerate().map(&mut point).collect()))
 }

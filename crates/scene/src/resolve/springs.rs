@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use motion::groups::Sets;
 use motion::{Elastic, Method};
 
-use crate::check::{Rule, Scope, not_negative};
+use crate::check::{Rule, Scope, not_negative, rule};
 use crate::generate::{self, Bodies, Section};
 use crate::raw;
 use crate::resolve::carriers::physical;
@@ -13,7 +13,7 @@ use crate::scene::BodySpec;
 use crate::scene::coupled::SpringSpec;
 use crate::text::faults::Faults;
 
-const LENGTH: Rule = (not_negative, "a length", "give a number of meters from 0 up");
+const LENGTH: Rule = rule(not_negative, "a length", "give a number of meters from 0 up");
 
 /// Resolves the springs whose ends are valid.
 pub(crate) fn springs(
@@ -24,8 +24,8 @@ pub(crate) fn springs(
     let mut springs = Vec::new();
     for (i, raw) in raw.iter().enumerate() {
         let scope = Scope::item("springs", i);
-        let elastic = generate::elastic((raw.stiffness_n_m, raw.damping_n_s_m), scope, faults);
-        let rest = faults.optional((scope, "rest_length_m"), raw.rest_length_m, LENGTH);
+        let elastic = generate::elastic(raw.stiffness_n_m, raw.damping_n_s_m, scope, faults);
+        let rest = faults.optional(scope, "rest_length_m", raw.rest_length_m, LENGTH);
         let color = faults.color(scope, raw.color);
         let Some(ends) = ends(raw, bodies, scope, faults) else { continue };
         let [from, to] = ends.map(|end| bodies.bodies[end as usize].position);
@@ -51,18 +51,18 @@ fn ends(raw: &raw::Spring, bodies: &Bodies, scope: Scope, faults: &mut Faults) -
     };
     let mut end = |i: usize| {
         let path = scope.key(&format!("between[{i}]"));
-        physical(&between[i], bodies, (path, "no spring can hold"), faults)
+        physical(&between[i], bodies, path, "no spring can hold", faults)
     };
     let (from, to) = (end(0), end(1));
     let ends = [from?, to?];
     if ends[0] == ends[1] {
         let what = format!("a spring from {:?} to itself pulls nothing", between[0]);
-        faults.add(scope.key("between"), what, "name two bodies");
+        faults.refuse(scope, "between", what, "name two bodies");
         return None;
     }
     if !ends.iter().any(|end| bodies.bodies[*end as usize].is_movable()) {
         let what = format!("{:?} and {:?} are both immovable", between[0], between[1]);
-        faults.add(scope.key("between"), what, "name at least one body that can move");
+        faults.refuse(scope, "between", what, "name at least one body that can move");
         return None;
     }
     Some(ends)
@@ -122,7 +122,7 @@ pub(crate) fn check_groups(
                     name(id),
                     name(one)
                 );
-                faults.add(section.scope.key("method"), what, cure);
+                faults.refuse(section.scope, "method", what, cure);
             }
             if let (Some(substeps), Some(other)) = (section.substeps, of.substeps)
                 && substeps != other
@@ -132,7 +132,7 @@ pub(crate) fn check_groups(
                     name(id),
                     name(one)
                 );
-                faults.add(section.scope.key("substeps"), what, cure);
+                faults.refuse(section.scope, "substeps", what, cure);
             }
         }
     }
@@ -152,7 +152,7 @@ pub(crate) fn check_methods(scenes: Option<Method>, sections: &[Section], faults
     for (scope, method) in std::iter::once((Scope::ROOT, scenes)).chain(asked) {
         if let Some(what) = method.and_then(|method| unsolvable(method, true)) {
             let cure = "choose another method, or remove mutual_gravity";
-            faults.add(scope.key("method"), what, cure);
+            faults.refuse(scope, "method", what, cure);
         }
     }
 }

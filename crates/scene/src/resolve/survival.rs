@@ -4,7 +4,7 @@ use glam::DVec3;
 use motion::{Damping, DampingModel};
 
 use crate::action::{ChangeAction, Step, When};
-use crate::check::{DAMPING_RATE, Rule, STEP_RATE, Scope, not_negative, positive};
+use crate::check::{DAMPING_RATE, Rule, STEP_RATE, Scope, not_negative, positive, rule};
 use crate::raw;
 use crate::scene::Scene;
 use crate::scene::names::Names;
@@ -21,10 +21,10 @@ const REFERENCE_SUBSTEPS: u32 = 64;
 /// Most ticks of a row: an hour of processor time.
 const TICK_LIMIT: u64 = 1_000_000_000;
 
-const ENERGY: Rule = (positive, "an energy", "give a positive number of joules");
-const SECONDS: Rule = (positive, "a length of time", "give a positive number of seconds");
-const BOUND: Rule = (not_negative, "a bound", "give a number from 0 up, such as 1e-9");
-const SPREAD: Rule = (
+const ENERGY: Rule = rule(positive, "an energy", "give a positive number of joules");
+const SECONDS: Rule = rule(positive, "a length of time", "give a positive number of seconds");
+const BOUND: Rule = rule(not_negative, "a bound", "give a number from 0 up, such as 1e-9");
+const SPREAD: Rule = rule(
     |v| v > 0.0 && v < 1.0,
     "a spread",
     "give one above 0 and below 1, such as `jittered(spread: 0.5)`",
@@ -55,8 +55,9 @@ pub(crate) fn survival(
     for (i, own) in common.rows.iter().enumerate() {
         let scope = Scope::item("expect.survival.rows", i);
         if own.label.iter().flat_map(|label| label.chars()).any(|c| c.is_control() || c == '|') {
-            faults.add(
-                scope.key("label"),
+            faults.refuse(
+                scope,
+                "label",
                 "it breaks the table that it stands in",
                 "give words of one line",
             );
@@ -64,10 +65,10 @@ pub(crate) fn survival(
             faults.missing(scope.path(), "label", "say what tells this row from the others");
         } else if common.rows[..i].iter().any(|other| other.label == own.label) {
             let what = "a row before this one has the same label";
-            faults.add(scope.key("label"), what, "say what tells this row from the others");
+            faults.refuse(scope, "label", what, "say what tells this row from the others");
         }
         if !own.rows.is_empty() {
-            faults.add(scope.key("rows"), "a row has no rows", "write them beside it");
+            faults.refuse(scope, "rows", "a row has no rows", "write them beside it");
         }
         all.push(row(own, scope).resolve(faults));
     }
@@ -94,7 +95,7 @@ impl<'a> Row<'a> {
     fn resolve(self, faults: &mut Faults) -> SurvivalRow {
         let scope = self.scope;
         let step_hz = self.get(|raw| raw.step_hz);
-        let step_hz = faults.number((scope, "step_hz"), step_hz, self.scene.step_hz, STEP_RATE);
+        let step_hz = faults.number(scope, "step_hz", step_hz, self.scene.step_hz, STEP_RATE);
         let measure = self.measure(faults);
         let reference_substeps = self.get(|raw| raw.reference_substeps);
         SurvivalRow {
@@ -104,7 +105,7 @@ impl<'a> Row<'a> {
             bounds: self.bounds(faults),
             scale: self.scale(measure, faults),
             reference_substeps: faults
-                .count_of_substeps((scope, "reference_substeps"), reference_substeps)
+                .count_of_substeps(scope, "reference_substeps", reference_substeps)
                 .unwrap_or(REFERENCE_SUBSTEPS),
             steps: self.steps(faults),
             step_hz,
@@ -112,7 +113,7 @@ impl<'a> Row<'a> {
                 .substeps(scope, self.get(|raw| raw.substeps))
                 .unwrap_or(self.scene.substeps),
             damping: self.damping(faults),
-            offset: faults.vector((scope, "offset_m"), self.get(|raw| raw.offset_m), DVec3::ZERO),
+            offset: faults.vector(scope, "offset_m", self.get(|raw| raw.offset_m), DVec3::ZERO),
             script: self.script(faults),
         }
     }
@@ -122,7 +123,7 @@ impl<'a> Row<'a> {
         let Self { scope, scene, .. } = self;
         let word = self.get(|raw| raw.measure.as_ref());
         let known = Measure::ALL.map(|measure| (measure.name(), measure));
-        let measure = faults.word((scope, "measure"), word, Measure::Energy, &known);
+        let measure = faults.word(scope, "measure", word, Measure::Energy, &known);
         let (what, cure) = match measure {
             _ if word.is_none() => {
                 let names = Measure::ALL.map(Measure::name).join(", ");
@@ -155,7 +156,7 @@ impl<'a> Row<'a> {
             | Measure::Origin
             | Measure::Rest => return measure,
         };
-        faults.add(scope.key("measure"), what, cure);
+        faults.refuse(scope, "measure", what, cure);
         measure
     }
 
@@ -176,11 +177,11 @@ impl<'a> Row<'a> {
     }
 
     fn scale(self, measure: Measure, faults: &mut Faults) -> Option<f64> {
-        let key = (self.scope, "scale_j");
+        let (scope, key) = (self.scope, "scale_j");
         let scale = self.get(|raw| raw.scale_j);
         let is_complete = measure != Measure::Rest || scale.is_some();
-        faults.require(is_complete, key, "add an energy such as m g L, in joules");
-        faults.optional(key, scale, ENERGY)
+        faults.require(is_complete, scope, key, "add an energy such as m g L, in joules");
+        faults.optional(scope, key, scale, ENERGY)
     }
 
     fn ticks(self, step_hz: f64, faults: &mut Faults) -> u64 {
@@ -191,8 +192,7 @@ impl<'a> Row<'a> {
         let ticks = match (from.ticks, from.seconds) {
             (Some(ticks), None) => ticks,
             (None, Some(_)) => {
-                let seconds =
-                    faults.number((scope, "seconds"), from.seconds, 1.0 / step_hz, SECONDS);
+                let seconds = faults.number(scope, "seconds", from.seconds, 1.0 / step_hz, SECONDS);
                 #[expect(
                     clippy::cast_possible_truncation,
                     clippy::cast_sign_loss,
@@ -218,26 +218,27 @@ impl<'a> Row<'a> {
             return ticks;
         }
         let what = format!("{ticks} ticks are too few or too many");
-        faults.add(scope.key("ticks"), what, format!("give 1 to {TICK_LIMIT}"));
+        faults.refuse(scope, "ticks", what, format!("give 1 to {TICK_LIMIT}"));
         1
     }
 
     fn bounds(self, faults: &mut Faults) -> Bounds {
         let scope = self.scope;
-        let mut bound = |key, value, default| faults.number((scope, key), value, default, BOUND);
+        let mut bound = |key, value, default| faults.number(scope, key, value, default, BOUND);
         let given = self.get(|raw| raw.bounded_below);
         let exact = bound("exact_below", self.get(|raw| raw.exact_below), 0.0);
         let bounded = bound("bounded_below", given, 1.0);
         let explodes = bound("explodes_above", self.get(|raw| raw.explodes_above), EXPLODES);
         faults.require(
             given.is_some(),
-            (scope, "bounded_below"),
+            scope,
+            "bounded_below",
             "add the bound that a run of use keeps",
         );
         if given.is_some() && !(exact <= bounded && bounded < explodes) {
             let what = format!("the bounds {exact}, {bounded} and {explodes} do not rise");
             let cure = "give exact_below <= bounded_below < explodes_above";
-            faults.add(scope.key("bounded_below"), what, cure);
+            faults.refuse(scope, "bounded_below", what, cure);
         }
         Bounds { exact, bounded, explodes }
     }
@@ -252,18 +253,18 @@ impl<'a> Row<'a> {
         let models = DampingModel::ALL.map(|model| (model.name(), model));
         let of_scene =
             self.scene.damping.unwrap_or(Damping { model: DampingModel::Exact, rate: 0.0 });
-        let model = faults.word((scope, "damping_model"), model, of_scene.model, &models);
-        let rate = faults.number((scope, "damping_per_s"), rate, of_scene.rate, DAMPING_RATE);
+        let model = faults.word(scope, "damping_model", model, of_scene.model, &models);
+        let rate = faults.number(scope, "damping_per_s", rate, of_scene.rate, DAMPING_RATE);
         Some(Damping { model, rate })
     }
 
     fn steps(self, faults: &mut Faults) -> Steps {
-        let key = (self.scope, "steps");
+        let (scope, key) = (self.scope, "steps");
         let mut number = |name: &str, value: Option<f64>, default, rule: Rule| {
             if value.is_none() {
-                faults.missing(self.scope.key("steps"), name, rule.2);
+                faults.missing(scope.key(key), name, rule.cure);
             }
-            faults.number(key, value, default, rule)
+            faults.number(scope, key, value, default, rule)
         };
         match *self.get(|raw| raw.steps.as_ref()).unwrap_or(&raw::Steps::Constant) {
             raw::Steps::Constant => Steps::Constant,
@@ -272,8 +273,8 @@ impl<'a> Row<'a> {
                 seed: seed.unwrap_or(0),
             },
             raw::Steps::Hitch { at_s, length_s } => Steps::Hitch {
-                at: number("at_s", at_s, 0.0, (not_negative, "a time", HITCH)),
-                length: number("length_s", length_s, 1.0, (positive, "a time", HITCH)),
+                at: number("at_s", at_s, 0.0, rule(not_negative, "a time", HITCH)),
+                length: number("length_s", length_s, 1.0, rule(positive, "a time", HITCH)),
             },
         }
     }

@@ -273,7 +273,7 @@ fn bodies_and_keys_that_there_are_not_are_named() {
     let script = Script::parse("t", text).unwrap();
     assert_eq!(
         script
-            .check("t", text, &scene, (|key: &str| key != "Foo", |_: &str| true), |_| false)
+            .check("t", text, &scene, |key| key != "Foo", |_| true, |_| false)
             .unwrap_err()
             .to_string(),
         "t:1:12: steps[0].do: there is no body \"plyer\"; did you mean \"player\"?\n\
@@ -294,7 +294,8 @@ fn effects_that_the_scene_does_not_declare_and_bodies_that_are_gone_are_named() 
             "t",
             text,
             &scene,
-            (|_: &str| true, |_: &str| true),
+            |_| true,
+            |_| true,
             |key| key == "F1",
         );
         checked.map_or_else(|error| error.to_string(), |()| String::new())
