@@ -7,7 +7,7 @@ use motion::SwarmLog;
 use motion::effects::{Effect, EffectState};
 use scene::Scene;
 
-use crate::cost::{Deviation, Sample};
+use crate::cost::{Deviation, Sample, Scales};
 use crate::run::{ByEffect, started, step_times};
 
 /// A run without one effect, against the full one.
@@ -65,7 +65,7 @@ pub fn ablate(scene: &Scene, ticks: u64) -> Ablation {
             let saved = spent as f64 - evaluations(&without) as f64;
             let ends: Vec<_> = without.states().collect();
             let mut deviation = Deviation::default();
-            deviation.look(&states, &ends, (1.0, 1.0));
+            deviation.look(&states, &ends, Scales::ONE);
             let errors = deviation.errors();
             Absence {
                 effect: *effect,

@@ -30,7 +30,7 @@ mod timing;
 mod truth;
 
 pub(crate) use drift::invented;
-pub(crate) use truth::{Deviation, larger, paired};
+pub(crate) use truth::{Deviation, Scales, larger, paired};
 
 pub use bench::Bench;
 pub use choice::{Answer, Cheapest, Choice, Lead};

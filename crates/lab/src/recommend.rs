@@ -160,7 +160,8 @@ pub fn recommend(parts: &[(&str, &Study)], goal: Goal) -> Result<Recommendation,
     if parts.is_empty() {
         return Err(Refusal::NothingMoves);
     }
-    let fronts = |unit| parts.iter().map(|part| Front::of(*part, unit)).collect::<Vec<_>>();
+    let fronts =
+        |unit| parts.iter().map(|(part, study)| Front::of(part, study, unit)).collect::<Vec<_>>();
     let (timed, counted) = (fronts(Unit::Milliseconds), fronts(Unit::Evaluations));
     let (unit, fronts) = if timed.iter().all(|front| !front.bounds.is_empty()) {
         (Unit::Milliseconds, timed)
@@ -209,7 +210,7 @@ struct Front<'a> {
 }
 
 impl<'a> Front<'a> {
-    fn of((part, study): (&'a str, &'a Study), unit: Unit) -> Self {
+    fn of(part: &'a str, study: &'a Study, unit: Unit) -> Self {
         // A frame of 60 a second.
         let (cost, price_per_cost) = match unit {
             Unit::Milliseconds => (Cost::RealTime, 1e3 / 60.0),

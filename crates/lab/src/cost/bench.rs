@@ -311,8 +311,8 @@ impl Bench {
                 self.compare(from..to).map(|runs| CurrentRun::Comparison(Box::new(runs)))
             }
             Job::Time(timing) => {
-                let how = (&*self.make, &*self.clock);
-                self.timings.pass(timing, &mut self.study, &self.subject, &self.plan, how);
+                let Self { timings, study, subject, plan, make, clock, .. } = self;
+                timings.pass(timing, study, subject, plan, make, clock);
                 if !self.jobs.iter().any(|job| matches!(job, Job::Time(_))) {
                     self.timings.finish(&mut self.study);
                 }
@@ -417,7 +417,8 @@ impl Bench {
     }
 
     fn set_scales(&mut self, scales: Scales) {
-        (self.study.position_scale_m, self.study.velocity_scale_m_s) = scales.divisors();
+        let Scales { position_m, velocity_m_s } = scales.divisors();
+        (self.study.position_scale_m, self.study.velocity_scale_m_s) = (position_m, velocity_m_s);
         self.scales = Some(scales);
     }
 

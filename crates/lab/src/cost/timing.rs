@@ -82,13 +82,14 @@ impl Timings {
         study: &mut Study,
         subject: &Subject,
         plan: &Plan,
-        (make, clock): (&Make, &Clock),
+        make: &Make,
+        clock: &Clock,
     ) {
-        let Some(Timing { cell, host, copies, .. }) = self.list.get(at) else { return };
-        let (cell, host, setting) = (*cell, *host, study.cells[*cell].setting);
+        let Some(Timing { cell, copies, .. }) = self.list.get(at) else { return };
+        let (cell, setting) = (*cell, study.cells[*cell].setting);
         let Some(copies) = *copies else {
             if study.cells[cell].errors().is_some() {
-                self.time(at, (subject, setting), host, plan, (make, clock));
+                self.time(at, subject, setting, plan, make, clock);
                 self.note(at, study);
             }
             return;
@@ -103,22 +104,23 @@ impl Timings {
         }
         let many = self.many.take().filter(|(count, _)| *count == copies);
         let (_, many) = many.unwrap_or_else(|| (copies, subject.copies(copies, setting.substeps)));
-        self.time(at, (&many, Setting { substeps: 1, ..setting }), host, plan, (make, clock));
+        self.time(at, &many, Setting { substeps: 1, ..setting }, plan, make, clock);
         self.many = Some((copies, many));
     }
 
     fn time(
         &mut self,
         at: usize,
-        (subject, setting): (&Subject, Setting),
-        host: Host,
+        subject: &Subject,
+        setting: Setting,
         plan: &Plan,
-        (make, clock): (&Make, &Clock),
+        make: &Make,
+        clock: &Clock,
     ) {
         let start = clock();
-        let Ok(mut runner) = make(subject, setting, host) else { return };
+        let Timing { trial, copies, host, .. } = &mut self.list[at];
+        let Ok(mut runner) = make(subject, setting, *host) else { return };
         self.yardstick.measure(clock);
-        let Timing { trial, copies, .. } = &mut self.list[at];
         let ticks = if copies.is_some() { u64::MAX / 2 } else { subject.ticks };
         trial.pass(&mut *runner, ticks, plan.timed, clock);
         self.spent += (clock() - start - plan.timed).max(0.0);

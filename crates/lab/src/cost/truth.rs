@@ -16,11 +16,14 @@ const PHASES: f64 = 256.0;
 /// Scales of the motion of a truth: the largest distance of a body from the origin, m, and the largest speed, m/s.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Scales {
-    position_m: f64,
-    velocity_m_s: f64,
+    pub position_m: f64,
+    pub velocity_m_s: f64,
 }
 
 impl Scales {
+    /// The scales of errors in meters and meters per second.
+    pub const ONE: Self = Self { position_m: 1.0, velocity_m_s: 1.0 };
+
     fn add(&mut self, states: &[Sample]) {
         for (_, x, v) in states {
             self.position_m = self.position_m.max(x.length());
@@ -28,9 +31,10 @@ impl Scales {
         }
     }
 
-    /// The scales of position and velocity as divisors: 1 if a scale is 0 or not finite.
-    pub const fn divisors(self) -> (f64, f64) {
-        (divisor(self.position_m), divisor(self.velocity_m_s))
+    /// The scales as divisors: 1 if a scale is 0 or not finite.
+    pub const fn divisors(self) -> Self {
+        let Self { position_m, velocity_m_s } = self;
+        Self { position_m: divisor(position_m), velocity_m_s: divisor(velocity_m_s) }
     }
 }
 
@@ -87,19 +91,14 @@ impl Target {
     }
 
     /// Errors of phase and amplitude of a run at this tick, for a closed form with a `period`, s.
-    fn phase(
-        &self,
-        period: Option<f64>,
-        run: &[Sample],
-        (position_m, velocity_m_s): (f64, f64),
-    ) -> Option<Phase> {
+    fn phase(&self, period: Option<f64>, run: &[Sample], scales: Scales) -> Option<Phase> {
         let (Source::Closed(exact), Some(period)) = (&self.source, period) else { return None };
         let now = self.tick as f64 / self.step_hz;
         let run: Vec<_> =
             run.iter().filter(|(id, ..)| self.movable.binary_search(id).is_ok()).collect();
         let off_path = |late: f64| {
             let apart = |((x, v), (_, ox, ov)): (State, &&Sample)| {
-                (ox.distance(x) / position_m).hypot(ov.distance(v) / velocity_m_s)
+                (ox.distance(x) / scales.position_m).hypot(ov.distance(v) / scales.velocity_m_s)
             };
             exact(now - late).into_iter().zip(&run).map(apart).fold(0.0, larger)
         };
@@ -145,16 +144,11 @@ pub(crate) struct Deviation {
 
 impl Deviation {
     /// Compares a run with the truth at the end of a tick.
-    pub fn look(
-        &mut self,
-        truth: &[Sample],
-        run: &[Sample],
-        (position_m, velocity_m_s): (f64, f64),
-    ) {
+    pub fn look(&mut self, truth: &[Sample], run: &[Sample], scales: Scales) {
         for ((_, x, v), found) in paired(truth, run) {
             let (dx, dv) = found
                 .map_or((f64::NAN, f64::NAN), |(_, ox, ov)| (ox.distance(*x), ov.distance(*v)));
-            let relative = (dx / position_m).hypot(dv / velocity_m_s);
+            let relative = (dx / scales.position_m).hypot(dv / scales.velocity_m_s);
             let Errors { relative: r, position_m: p, velocity_m_s: w, .. } = &mut self.largest;
             (*r, *p, *w) = (larger(*r, relative), larger(*p, dx), larger(*w, dv));
             self.squares += dx * dx;
@@ -187,7 +181,7 @@ impl Reference {
         self.truth.tick();
         self.coarse.tick();
         self.scales.add(&self.truth.states);
-        self.apart.look(&self.truth.states, &self.coarse.states(), (1.0, 1.0));
+        self.apart.look(&self.truth.states, &self.coarse.states(), Scales::ONE);
         self.truth.tick == self.ticks
     }
 
@@ -197,7 +191,7 @@ impl Reference {
         let (Errors { position_m, velocity_m_s, .. }, scales) =
             (self.apart.errors(), self.scales.divisors());
         // Not less than the largest relative error at any one time.
-        let relative = (position_m / scales.0).hypot(velocity_m_s / scales.1);
+        let relative = (position_m / scales.position_m).hypot(velocity_m_s / scales.velocity_m_s);
         let failure = match self.truth.source {
             Source::Run(mut runner) => runner.failure(),
             Source::Closed(_) => None,
@@ -217,7 +211,7 @@ struct Run {
 pub(crate) struct Comparison {
     truth: Target,
     period: Option<f64>,
-    scales: (f64, f64),
+    scales: Scales,
     runs: Vec<Run>,
     /// The run whose turn it is.
     turn: usize,

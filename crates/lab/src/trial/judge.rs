@@ -64,7 +64,8 @@ impl Run {
         &mut self,
         cast: &Cast,
         truth: &Truth,
-        [settling, late]: [bool; 2],
+        settling: bool,
+        late: bool,
     ) -> Option<Found<Excess>> {
         self.simulation.tick();
         self.ticks += 1;

@@ -355,8 +355,8 @@ impl Piece {
             && (settling || lead(run.ticks + 1) <= truth.recorded())
             && !run.is_over()
         {
-            let when = [run.ticks >= self.from, 2 * run.ticks >= self.end];
-            let thrown = run.tick(&self.cast, truth, when);
+            let is_late = 2 * run.ticks >= self.end;
+            let thrown = run.tick(&self.cast, truth, run.ticks >= self.from, is_late);
             self.tried.seconds = seconds(run.ticks);
             if let Some((body, bond, excess)) = thrown
                 && self.is_worse(excess)
@@ -455,7 +455,7 @@ impl Piece {
             }
             return WORK_OF_TICK + WORK_OF_BODY * made as f64;
         };
-        let is_thrown = run.tick(&self.cast, truth, [run.ticks >= self.from, false]).is_some();
+        let is_thrown = run.tick(&self.cast, truth, run.ticks >= self.from, false).is_some();
         if is_thrown || run.ticks >= self.end {
             let ends = [truth.parted_from, truth.unresolved_from].into_iter().flatten();
             let known = ends.map(|tick| tick.saturating_sub(1)).fold(self.end, u64::min);
