@@ -158,23 +158,18 @@ impl Chart {
         let beyond = !self.x.holds(x);
         let (x, _) = self.at((x, 1.0));
         let words_of = Shape::words(words).class("budget-text").fill(RED);
-        self.upright(
-            if beyond { x - 1.5 } else { x },
-            ("budget", BUDGET),
-            words_of,
-            width_of(words),
-        );
+        self.upright(if beyond { x - 1.5 } else { x }, "budget", BUDGET, words_of, width_of(words));
     }
 
     /// A vertical line with words along its top, such as the size of a cache; left out beyond the axis.
     pub(crate) fn limit(&mut self, x: f64, words: &str) {
         if self.x.holds(x) {
             let (x, _) = self.at((x, 1.0));
-            self.upright(x, ("floor", FLOOR), Shape::soft_words(words), width_of(words));
+            self.upright(x, "floor", FLOOR, Shape::soft_words(words), width_of(words));
         }
     }
 
-    fn upright(&mut self, x: f64, (class, stroke): (&str, Stroke), words: Shape, long: f64) {
+    fn upright(&mut self, x: f64, class: &str, stroke: Stroke, words: Shape, long: f64) {
         let [_, top, _, bottom] = self.frame();
         self.under.push(Shape::line([(x, top), (x, bottom)]).class(class).stroke(stroke));
         self.under.push(words.anchored(Anchor::End).upward().at(x - 6.0, top + 8.0));

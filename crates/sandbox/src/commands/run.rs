@@ -189,7 +189,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     } else if goes_back {
         session.stage.keep_timeline();
     }
-    simulate(args, &mut session, &mut outputs, (ends, ticks), demonstration)?;
+    simulate(args, &mut session, &mut outputs, ends, ticks, demonstration)?;
     outputs.finish(session, start)
 }
 
@@ -198,7 +198,8 @@ fn simulate(
     args: &RunArgs,
     session: &mut Session,
     outputs: &mut Outputs<'_>,
-    (mut ends, ticks): (FrameEnds, Option<u64>),
+    mut ends: FrameEnds,
+    ticks: Option<u64>,
     mut demonstration: Option<Demonstration>,
 ) -> Result<(), Failure> {
     outputs.watch.look(&session.stage);

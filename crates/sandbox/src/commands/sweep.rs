@@ -125,7 +125,7 @@ pub(crate) fn run(args: &SweepArgs) -> Result<(), Failure> {
     files.refuse_names(folder, runs::is_file, "the sweep in that folder; give another folder")?;
     refuse_foreign_files(folder, earlier.is_some(), runs::is_file, "give another folder")?;
     let _lock = study_folder(folder)?;
-    let Some((record, mut journal, done)) = begin(args, (record, earlier), folder, &files)? else {
+    let Some((record, mut journal, done)) = begin(args, record, earlier, folder, &files)? else {
         return show(&format!("{}: this sweep is complete\n", folder.display()));
     };
     let cure = how_to_continue("--resume");
@@ -185,7 +185,8 @@ fn count(plan: &Plan, yes: bool) -> Result<u64, Failure> {
 /// Begins or resumes the journal of a sweep in `folder`. Also returns the number of runs in it; `None` if it has all of them.
 fn begin(
     args: &SweepArgs,
-    (mut record, earlier): (Record, Option<Record>),
+    mut record: Record,
+    earlier: Option<Record>,
     folder: &Path,
     files: &CommandFiles,
 ) -> Result<Option<(Record, Journal, u64)>, Failure> {

@@ -26,7 +26,8 @@ impl Screen {
     pub fn new(
         event_loop: &ActiveEventLoop,
         [width, height]: [u32; 2],
-        (context, proxy): (&egui::Context, EventLoopProxy<Event>),
+        context: &egui::Context,
+        proxy: EventLoopProxy<Event>,
     ) -> Result<Self, Failure> {
         let monitor =
             event_loop.primary_monitor().or_else(|| event_loop.available_monitors().next());

@@ -95,8 +95,8 @@ impl ApplicationHandler<Event> for Shell {
         if self.screen.is_some() {
             return;
         }
-        let platform = (self.session.egui(), self.proxy.clone());
-        match Screen::new(event_loop, self.session.view.size_px(), platform) {
+        let (size_px, egui) = (self.session.view.size_px(), self.session.egui());
+        match Screen::new(event_loop, size_px, egui, self.proxy.clone()) {
             Ok(screen) => {
                 if let Err(failure) = check(&screen.gpu, &self.session.stage.sim().scene) {
                     return self.fail(event_loop, failure);

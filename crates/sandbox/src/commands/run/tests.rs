@@ -31,11 +31,11 @@ fn a_lost_device_ends_the_run_with_all_that_there_is() {
     let mut outputs = Outputs::open(&args, &paths, files, &session, ends.longest()).unwrap();
     let start = Summary::totals_at_start(&session.stage);
     let half = ticks.map(|ticks| ticks / 2);
-    simulate(&args, &mut session, &mut outputs, (FrameEnds::Constant { rate: 60.0 }, half), None)
+    simulate(&args, &mut session, &mut outputs, FrameEnds::Constant { rate: 60.0 }, half, None)
         .unwrap();
     assert!(outputs.refused.is_ok());
     outputs.lose_device();
-    simulate(&args, &mut session, &mut outputs, (FrameEnds::Constant { rate: 60.0 }, ticks), None)
+    simulate(&args, &mut session, &mut outputs, FrameEnds::Constant { rate: 60.0 }, ticks, None)
         .unwrap();
     let failure = outputs.finish(session, start).unwrap_err();
     assert!(
