@@ -1,63 +1,44 @@
 //! What a person gets wrong: each case of bad input with its exit code and our message, word for word.
 
-mod cases;
-
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
 
 use tempfile::TempDir;
 
-use crate::rigs::{self, Said, commands, json, listing, output, program, root, sandbox, wait_for};
-use cases::{ARGUMENTS, CASES, Case, FILES};
+use crate::rigs::{
+    self, Said, command_lines, commands, contents, json, listing, output, program, sandbox,
+    wait_for, without_display,
+};
 
-/// A folder with [`FILES`].
 fn folder() -> TempDir {
-    rigs::folder(FILES.iter().copied())
+    rigs::folder([
+        ("fine.ron", r#"(version: 1, gravity: (), bodies: [(name: "ball")])"#),
+        ("damped.ron", "(version: 1, damping: (rate_per_s: 0.4))"),
+        ("folder/inside.txt", ""),
+        ("file", "not a folder"),
+        ("shot.script", r#"[(at_s: 0.5, do: screenshot("shot.png"))]"#),
+        (
+            "recorded.script",
+            r#"(version: 1, scene: "tutorial", size_px: (16, 16), frame_ends_s: [0.1, 0.2], steps: [])"#,
+        ),
+    ])
 }
 
 fn write(folder: &Path, name: &str, bytes: &str) {
     fs::write(folder.join(name), bytes).unwrap();
 }
 
-/// Everything in a folder without links, with what is in the files.
-fn contents(folder: &Path) -> Vec<(PathBuf, Option<Vec<u8>>)> {
-    listing(folder).into_iter().map(|path| (path.clone(), fs::read(path).ok())).collect()
-}
-
-fn run_with(folder: &Path, line: &str, variables: &[(&str, &str)]) -> Said {
-    let runtime = TempDir::new().unwrap();
-    let mut command = Command::new(program());
-    command
-        .args(line.split_whitespace())
-        .current_dir(folder)
-        .env("XDG_RUNTIME_DIR", runtime.path());
-    command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
-    command.env_remove("RUST_LOG").envs(variables.iter().copied());
-    let said = output(&mut command);
-    let text = |text: &str| text.replace(folder.to_str().unwrap(), "FOLDER");
-    let said = Said { out: text(&said.out), err: text(&said.err), ..said };
-    for leak in ["panicked", "RUST_BACKTRACE", ".rs:", ".cargo", root().to_str().unwrap()] {
-        assert!(
-            !said.err.contains(leak) && !said.out.contains(leak),
-            "{line}: `{leak}` in {}",
-            said.err
-        );
-    }
-    said
-}
-
 fn run(folder: &Path, line: &str) -> Said {
-    run_with(folder, line, &[])
+    without_display(folder, line, &[])
 }
 
 /// Runs `line` in a folder of its own and fails if it leaves or changes anything there.
 fn refused(line: &str, variables: &[(&str, &str)]) -> Said {
     let folder = folder();
-    let (names, before) = (listing(folder.path()), contents(folder.path()));
-    let said = run_with(folder.path(), line, variables);
-    assert_eq!(listing(folder.path()), names, "{line}: left behind");
-    assert!(contents(folder.path()) == before, "{line}: a file was changed");
+    let before = contents(folder.path());
+    let said = without_display(folder.path(), line, variables);
+    assert!(contents(folder.path()) == before, "{line}: a file was left behind or changed");
     assert_eq!(said.out, "", "{line}: printed results");
     said
 }
@@ -67,21 +48,6 @@ fn refused(line: &str, variables: &[(&str, &str)]) -> Said {
 fn refused_in_a_line(line: &str, variables: &[(&str, &str)], code: i32, start: &str) {
     let said = refused(line, variables).ends(code);
     assert!(said.err.lines().count() == 1 && said.err.starts_with(start), "{}", said.all());
-}
-
-/// A text of a case with the names that it has places for.
-fn with_names(text: &str) -> String {
-    let names = |scenes: &[scene::ShippedScene]| {
-        scenes.iter().map(|scene| scene.name).collect::<Vec<_>>().join(", ")
-    };
-    text.replace("{SCENES}", &names(scene::shipped()))
-        .replace("{CASES}", &names(scene::cases()))
-        .replace(
-            "{PROBLEMS}",
-            &lab::cost::PROBLEMS.iter().map(|problem| problem.name).collect::<Vec<_>>().join(", "),
-        )
-        .replace("{METHODS}", &motion::Method::ALL.map(motion::Method::name).join(", "))
-        .replace("{COMMANDS}", &commands().join(", "))
 }
 
 /// Each option of each command that takes a value, without one.
@@ -113,24 +79,33 @@ fn every_command_refuses_unknown_flags_and_options_without_their_value() {
 
 #[test]
 fn bad_input_is_refused_with_a_message_that_names_the_cure() {
-    let mut wrong = String::new();
-    for Case { name, line, code, message } in CASES {
-        let expected = with_names(message);
-        let said = refused(line, &[]);
-        if (said.code, said.err.trim_end_matches('\n')) != (*code, expected.as_str()) {
-            wrong += &format!(
-                "{name}: `sandbox {line}` gave {}\n{}\nnot {code}\n{expected}\n\n",
-                said.code, said.err
-            );
-        }
+    command_lines("bad_input");
+}
+
+#[test]
+fn runs_write_what_they_should_and_say_what_went_wrong() {
+    command_lines("runs");
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn devices_and_links_are_not_replaced() {
+    command_lines("devices_and_links");
+}
+
+#[test]
+fn bytes_that_are_no_plain_text_are_refused() {
+    let latin: &[u8] = b"(version: 1,\n name: \"caf\xe9\")";
+    let folder = folder();
+    fs::write(folder.path().join("latin.ron"), latin).unwrap();
+    write(folder.path(), "key.ron", "(version: 1, \u{9b}2J: 1)");
+    for line in ["run latin.ron", "run fine.ron --script latin.ron"] {
+        let message = "sandbox: latin.ron: line 2 is not UTF-8 text; save the file as UTF-8\n";
+        run(folder.path(), line).says(2, message);
     }
-    for (line, says) in ARGUMENTS {
-        let said = refused(line, &[]);
-        if said.code != 2 || !says.iter().all(|words| said.err.contains(&with_names(words))) {
-            wrong += &format!("not 2 with {says:?}: {}\n\n", said.all());
-        }
-    }
-    assert!(wrong.is_empty(), "{wrong}");
+    let words = "a bare word is expected here; write it without quotes";
+    run(folder.path(), "run key.ron")
+        .says(2, &format!("sandbox: key.ron:1:14: \\u{{9b}}2J: {words}\n"));
 }
 
 #[test]
@@ -157,7 +132,7 @@ fn without_an_adapter_a_run_with_pictures_ends_and_one_without_does_not() {
         refused_in_a_line(line, &NO_DRIVERS, 4, message);
     }
     let folder = folder();
-    run_with(folder.path(), "run fine.ron --ticks 2", &NO_DRIVERS).fine();
+    without_display(folder.path(), "run fine.ron --ticks 2", &NO_DRIVERS).fine();
 }
 
 #[test]
@@ -176,12 +151,6 @@ fn a_picture_that_no_adapter_can_draw_is_a_bad_size_and_not_a_missing_adapter() 
         2,
         message,
     );
-}
-
-#[test]
-fn a_folder_of_pictures_that_is_a_file_is_refused() {
-    let said = refused("run fine.ron --ticks 2 --frames file --state out.csv --size 16x16", &[]);
-    said.says(2, "sandbox: cannot make the folder file: a file is in the way; give another path\n");
 }
 
 #[test]
@@ -219,20 +188,6 @@ fn places_that_take_no_files_are_refused() {
 
 #[test]
 #[cfg(target_os = "linux")]
-fn a_quarantined_body_is_told_although_a_file_cannot_be_written() {
-    let folder = with_link("/dev/full");
-    write(folder.path(), "nan.script", "[(at_tick: 5, do: push(\"ball\", (nan, 0, 0)))]");
-    for (flags, written) in [("--summary link", false), ("--state link --summary out.json", true)] {
-        let line = format!("run fine.ron --script nan.script --ticks 20 {flags}");
-        let said = run(folder.path(), &line);
-        said.warns(3, "cannot write link: the disk is full");
-        said.warns(3, "ball quarantined in tick 6: ");
-        assert_eq!(folder.path().join("out.json").exists(), written);
-    }
-}
-
-#[test]
-#[cfg(target_os = "linux")]
 fn a_full_standard_output_is_told() {
     let folder = folder();
     // The shell leads standard output to where nothing can be written.
@@ -241,22 +196,6 @@ fn a_full_standard_output_is_told() {
         shell.args(["-c", "\"$0\" list methods > /dev/full"]).arg(program()).current_dir(&folder),
     );
     said.warns(2, "cannot write standard output: the disk is full");
-}
-
-#[test]
-fn a_run_writes_over_nothing_that_it_reads_or_writes() {
-    let folder = folder();
-    write(folder.path(), "empty.script", "[]");
-    for (flags, names) in [
-        ("--state a.out --summary ./a.out", "--state and --summary"),
-        ("--summary fine.ron", "the scene and --summary"),
-        ("--script empty.script --black-box ./empty.script", "--script and --black-box"),
-    ] {
-        let before = contents(folder.path());
-        let said = run(folder.path(), &format!("run fine.ron --ticks 3 {flags}"));
-        said.says(2, &format!("sandbox: {names} name the same file; give two\n"));
-        assert!(contents(folder.path()) == before, "{flags}");
-    }
 }
 
 /// Sends `signals` to a run without an end, started with the signal `ignored`: its exit code, once it has left nothing.
@@ -302,35 +241,6 @@ fn a_run_that_a_signal_ends_leaves_nothing() {
 }
 
 #[test]
-fn a_folder_that_is_made_for_an_output_is_told() {
-    let folder = folder();
-    let line = "run fine.ron --ticks 2 --state new/folder/out.csv --summary new/other/out.json --frames new/folder --size 16x16";
-    let said = run(folder.path(), line);
-    let mut told: Vec<_> =
-        said.err.lines().filter(|line| !line.starts_with("drawing with ")).collect();
-    told.sort_unstable();
-    assert_eq!(
-        (said.code, told),
-        (0, vec!["made the folder new/folder", "made the folder new/other"])
-    );
-    for file in ["new/folder/out.csv", "new/other/out.json"] {
-        assert!(folder.path().join(file).exists(), "{file}");
-    }
-}
-
-#[test]
-fn a_picture_of_a_script_lies_in_the_working_folder_where_no_other_is_named() {
-    let folder = folder();
-    for (flags, picture) in
-        [("", "shot.png"), ("--frames folder --frame-every 1000", "folder/shot.png")]
-    {
-        run(folder.path(), &format!("run fine.ron --script shot.script --size 16x16 {flags}"))
-            .fine();
-        assert!(folder.path().join(picture).exists(), "{flags}: {:?}", listing(folder.path()));
-    }
-}
-
-#[test]
 #[cfg(target_os = "linux")]
 fn a_run_with_pictures_says_nothing_about_displays_where_nothing_is_wrong() {
     let folder = folder();
@@ -348,53 +258,12 @@ fn a_run_with_pictures_says_nothing_about_displays_where_nothing_is_wrong() {
     assert!(told.starts_with("drawing with ") && told.lines().count() == 1, "{told}");
 }
 
-#[test]
-fn steps_after_the_end_of_a_run_are_told() {
-    let folder = folder();
-    let steps = "[(at_tick: 2, do: push(\"ball\", (1, 0, 0))), (at_tick: 10, do: push(\"ball\", (1, 0, 0))), (at_s: 12, do: press(\"G\"))]";
-    write(folder.path(), "late.script", steps);
-    let told = "late.script: steps[1], at tick 10, and 1 more were not reached: the run ended at tick 10, 0.1 s; let it last longer\n";
-    let line = "run fine.ron --hz 100 --ticks 10 --script late.script";
-    run(folder.path(), line).says(0, told);
-    run(folder.path(), &format!("{line} --assert")).says(1, &format!("sandbox: {told}"));
-    run(folder.path(), "run fine.ron --seconds 13 --script late.script --assert").says(0, "");
-}
-
-#[test]
-fn ticks_of_days_need_no_frames_between_them() {
-    let folder = folder();
-    run(folder.path(), "run fine.ron --hz 1e-6 --ticks 3").says(0, "");
-    // Nobody looks at frames between ticks, unless there is a script.
-    run(folder.path(), "run fine.ron --ticks 3 --fps 1e12").says(0, "");
-    write(folder.path(), "wait.script", "[(at_tick: 1, do: push(\"ball\", (1, 0, 0)))]");
-    run(folder.path(), "run fine.ron --ticks 5 --fps 1e300 --script wait.script")
-        .warns(2, "are more frames than a run can have, at 1e300 per second");
-}
-
 /// Devices are reached by links: a program that renames over what it writes destroys the link and no device.
 #[cfg(target_os = "linux")]
 fn with_link(to: &str) -> TempDir {
     let folder = folder();
     std::os::unix::fs::symlink(to, folder.path().join("link")).unwrap();
     folder
-}
-
-#[test]
-#[cfg(target_os = "linux")]
-fn a_full_disk_ends_the_run_and_leaves_nothing() {
-    let folder = with_link("/dev/full");
-    let before = listing(folder.path());
-    for line in ["--state link --summary out.json", "--state link", "--summary link"] {
-        let message =
-            "sandbox: cannot write link: the disk is full; make room, or give another path\n";
-        run(folder.path(), &format!("run fine.ron --ticks 2 {line}")).says(2, message);
-        assert_eq!(listing(folder.path()), before);
-        assert!(folder.path().join("link").is_symlink());
-    }
-    std::os::unix::fs::symlink("/dev/full", folder.path().join("folder/frame_000000.png")).unwrap();
-    let err = run(folder.path(), "run fine.ron --ticks 2 --frames folder --size 16x16").ends(2).err;
-    let message = "sandbox: cannot write folder/frame_000000.png: the disk is full; make room, or give another path\n";
-    assert!(err.ends_with(message), "{err}");
 }
 
 #[test]
@@ -417,16 +286,6 @@ fn a_device_is_written_to_and_not_replaced_and_a_link_stays_a_link() {
 /// Steep bounds that no run with gravity keeps.
 const STRICT: &str =
     "(version: 1, gravity: (), bodies: [(name: \"ball\")], expect: (energy_drift_below: 1e-30))";
-
-#[test]
-fn a_failed_expectation_is_exit_code_1_and_the_files_are_written() {
-    let folder = folder();
-    write(folder.path(), "strict.ron", STRICT);
-    let line = "run strict.ron --assert --ticks 1200 --state out.csv --summary out.json";
-    run(folder.path(), line).says(1, "sandbox: energy drifted by 8.33e-4, not below 1e-30\n");
-    assert!(folder.path().join("out.csv").exists() && folder.path().join("out.json").exists());
-    run(folder.path(), "run strict.ron --ticks 1200").fine();
-}
 
 #[test]
 fn a_quarantined_body_is_exit_code_3_named_in_message_and_summary_and_wins_over_an_expectation() {

@@ -2,7 +2,6 @@
 
 use std::fmt::Write as _;
 use std::fs;
-use std::path::PathBuf;
 use std::process::Command;
 use std::sync::Arc;
 
@@ -14,15 +13,13 @@ use scene::Scene;
 use tempfile::TempDir;
 use xxhash_rust::xxh3::Xxh3;
 
-use crate::rigs::{blesses, json, output, program, root, scene_of, stored, world_bits};
+use crate::rigs::{assert_stored, json, output, program, root, scene_of, world_bits};
 
-fn pins() -> PathBuf {
-    root().join("tests/determinism/hashes.txt")
-}
+const PINS: &str = "tests/determinism/hashes.txt";
 
 /// Every shipped scene with its frames a second and its pinned hash.
 fn pinned() -> Vec<(String, f64, u64)> {
-    let text = fs::read_to_string(pins()).unwrap();
+    let text = fs::read_to_string(root().join(PINS)).unwrap();
     let line = |line: &str| {
         let [name, fps, hash] = line.split(' ').collect::<Vec<_>>()[..] else { panic!("{line}") };
         (name.to_owned(), fps.parse().unwrap(), u64::from_str_radix(hash, 16).unwrap())
@@ -69,21 +66,20 @@ fn all_are_pinned(hashed: impl Fn(&Scene) -> u64) {
 #[test]
 fn every_shipped_scene_has_its_pinned_hash() {
     let mut text = format!(
-        "# Scene, frames a second, state hash after {TICKS} ticks, gravity switched after {BEFORE_SWITCH}. BLESS=1 writes it.\n"
+        "# Scene, frames a second, state hash after {TICKS} ticks, gravity switched after {BEFORE_SWITCH}. UPDATE_EXPECT=1 writes it.\n"
     );
     for shipped in scene::shipped() {
         let scene = shipped.load().unwrap();
         let (fps, found) = (fps(&scene), end(start(&scene, World::new(), |_| {})));
         writeln!(text, "{} {fps} {found:016x}", shipped.name).unwrap();
     }
-    stored(&pins(), &text, blesses()).unwrap_or_else(|why| panic!("{why}"));
+    assert_stored(PINS, &text);
 }
 
 /// `scripts/hashes` compares the same list on other processors.
 #[test]
 fn every_scene_has_its_pinned_hash_by_every_method() {
-    let pins = root().join("tests/determinism/methods.txt");
-    stored(&pins, &hashes::hashes(), blesses()).unwrap_or_else(|why| panic!("{why}"));
+    assert_stored("tests/determinism/methods.txt", &hashes::hashes());
 }
 
 #[test]

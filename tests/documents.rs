@@ -10,7 +10,7 @@ use motion::{Claims, METHODS};
 use sandbox::{actions, methods};
 use tempfile::TempDir;
 
-use crate::rigs::{blesses, cargo_metadata, commands, output, root, sandbox, stored};
+use crate::rigs::{assert_stored, cargo_metadata, commands, output, root, sandbox};
 use crate::stability::committed;
 use crate::tidy::{assert_named, named};
 
@@ -31,7 +31,7 @@ fn documents() -> Vec<(String, String)> {
     names.map(|name| (name.clone(), read(&name))).collect()
 }
 
-/// Fails unless the part of a document between the marks of `name` is `text`; BLESS=1 writes it.
+/// Fails unless the part of a document between the marks of `name` is `text`; UPDATE_EXPECT=1 writes it.
 #[track_caller]
 fn assert_part(document: &str, name: &str, text: &str) {
     let page = read(document);
@@ -39,7 +39,7 @@ fn assert_part(document: &str, name: &str, text: &str) {
     let (mark, rest) = rest.split_once("-->\n").unwrap();
     let (_, after) = rest.split_once(&format!("<!-- {name}: end")).unwrap();
     let page = format!("{before}<!-- {name}: begin{mark}-->\n{text}<!-- {name}: end{after}");
-    stored(&root().join(document), &page, blesses()).unwrap_or_else(|why| panic!("{why}"));
+    assert_stored(document, &page);
 }
 
 #[test]
@@ -101,8 +101,7 @@ fn the_costs_are_those_of_the_committed_report() {
     let [study] = &report.studies[..] else { panic!("one study") };
     assert_part("docs/accuracy.md", "cost", &report::brief(study, &report.machine));
     let everything = format!("## kepler\n\n{}", report::markdown(study, &report.machine));
-    let summary = root().join("docs/cost/summary.md");
-    stored(&summary, &everything, blesses()).unwrap_or_else(|why| panic!("{why}"));
+    assert_stored("docs/cost/summary.md", &everything);
 }
 
 #[test]

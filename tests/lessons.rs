@@ -7,7 +7,7 @@ use lab::lesson::Quantities;
 use sandbox::input::{Button, Input};
 use scene::lesson::{Goal, Lesson, shipped};
 
-use crate::rigs::{Cockpit, Said, folder, sandbox};
+use crate::rigs::{Cockpit, Said, answers, folder, sandbox};
 
 /// A lesson of one step, with `more` keys in its first step.
 fn lesson(more: &str) -> String {
@@ -61,46 +61,18 @@ fn every_lesson_is_short_asks_something_and_says_what_it_measured() {
     }
 }
 
+/// Each case replaces lines by those that follow them.
 #[test]
-fn a_teachers_lesson_is_checked() {
-    let said = check(&lesson("")).fine();
-    assert!(said.contains("1 done after") && said.contains("2 wrong ways were refused"), "{said}");
-    let fails = |text: &str, words: &str| check(text).fails(1, words);
-    fails(
-        &lesson("").replace("5000", "5"),
-        "steps[0] at 1 times the rate: the solution is not accepted",
-    );
-    fails(&lesson("").replace("-50, 0", "9000, 0"), "the wrong way wrong[1] is accepted");
-    fails(&lesson("").replace("x > x_before + 0.5", "1"), "it is done before anything was done");
-    fails(&lesson("").replace("holds: \"x > 3", "holds: \"x > 300"), "`x > 300` is not true");
-    // Another way that does it, and one that does not; and one after which the claim is false.
-    check(&lesson("also: [[wait(2), push(\"ball\", (9000, 0, 0))]],")).fine();
-    fails(&lesson("also: [[push(\"ball\", (9, 0, 0))]],"), "also[0] is not accepted");
-    let left = lesson("also: [[push(\"ball\", (-9000, 0, 0))]],")
-        .replace("x > x_before", "abs(x - x_before) > 0 * x");
-    fails(&left, "`x > 3` is not true by also[0]");
-    // What a run measured is said whatever the person did.
-    fails(
-        &lesson("").replace("At {x} m", "At {x} m. It had {e} J"),
-        "steps[0]: `then` says {e} whatever the person does",
-    );
-    check(&lesson("").replace("At {x} m", "At {x} m, and the run had {e} J")).fine();
-    fails(&lesson("").replace("At {x} m", "Done"), "`holds` has no `then` with numbers");
-    // A body, a panel, a button; each as the screen calls it.
-    for name in ["ball", "Settings", "Measure", "Pause", "method", "Follow"] {
-        check(&lesson(&format!("point_at: \"{name}\","))).fine();
-    }
-    let fails = |name: &str, words: &str| {
-        check(&lesson(&format!("point_at: \"{name}\","))).fails(2, words);
-    };
-    fails(
-        "settings",
-        "my.ron: steps[0].point_at: there is no \"settings\"; did you mean \"Settings\"? name a body",
-    );
-    fails(
-        "toggle_gravity",
-        "there is no \"toggle_gravity\"; name a body, or a control as it is written on the screen",
-    );
+fn a_teachers_lesson_is_checked_and_its_faults_have_their_places_and_cures() {
+    answers("lessons", |edits| {
+        let edits: Vec<_> = edits.lines().collect();
+        let text = edits.chunks(2).fold(lesson(""), |text, edit| {
+            assert!(text.contains(edit[0]), "{edit:?}");
+            text.replace(edit[0], edit.get(1).unwrap_or(&""))
+        });
+        let Said { code, out, err, .. } = check(&text);
+        format!("{code}\n{out}{err}")
+    });
     // A script has times.
     let folder = folder([("wait.ron", "[(at_s: 1, do: wait(2))]")]);
     sandbox(folder, "run tutorial --seconds 1 --script wait.ron")
@@ -194,72 +166,6 @@ fn the_lesson_of_the_document_is_one() {
     let page = fs::read_to_string(crate::rigs::root().join("docs/lessons.md")).unwrap();
     let text = page.split_once("```ron\n").unwrap().1.split_once("```").unwrap().0;
     check(text).fine();
-}
-
-#[test]
-fn faults_of_a_lesson_have_their_places_and_cures() {
-    for (from, to, place, words) in [
-        (
-            "version: 1",
-            "version: 2",
-            "my.ron:2:",
-            "version 2 of lessons is not one that this program reads",
-        ),
-        ("title: \"T\", ", "", "my.ron", "`title` is missing; add `title: \"...\"`"),
-        ("\"oscillator\"", "\"oscilator\"", "scene", "the scene oscilator cannot be read"),
-        ("position(\"ball\", x)", "position(\"bal\", x)", "my.ron:3:15: measure.x", "bal"),
-        ("position(\"ball\", x)", "positon(\"ball\", x)", "my.ron:3:", "did you mean `position`?"),
-        (
-            "x_before + 0.5",
-            "y_before + 0.5",
-            "my.ron:6:28: steps[0].done",
-            "nothing measures `y_before`",
-        ),
-        ("x_before + 0.5", "x_before +", "steps[0].done", "is not a formula"),
-        (
-            "measure: (e: energy)",
-            "measure: (e: paused)",
-            "runs[0].measure.e",
-            "a run has no screen",
-        ),
-        ("seconds: 1,", "", "runs[0]", "`seconds` is missing"),
-        ("seconds: 1,", "seconds: 1e9,", "runs[0].seconds", "is not a length of a run"),
-        (", holds: \"x > 3\"", "", "steps[0]", "`holds` is missing"),
-        ("solution: [push(\"ball\", (5000, 0, 0))], ", "", "steps[0]", "`solution` is missing"),
-        (
-            ", wrong: [[press(\"G\")], [push(\"ball\", (-50, 0, 0))]]",
-            "",
-            "steps",
-            "fewer than two wrong ways",
-        ),
-        ("done:", "number: \"x\", done:", "steps[0]", "a step ends in one way"),
-        (
-            "measure: (x:",
-            "measure: (x_most: energy, x:",
-            "measure",
-            "`x_most` means something else in formulas",
-        ),
-        (
-            "done:",
-            "unit: \"m\", done:",
-            "steps[0].unit",
-            "this key belongs to another kind of step",
-        ),
-        ("press(\"G\")", "hold(\"G\", 1e9)", "steps[0].wrong[0][0]", "the key is held too long"),
-        (
-            "press(\"G\")",
-            "press(\"Qxx\")",
-            "steps[0].wrong[0][0]",
-            "there is no key or action `Qxx`",
-        ),
-        ("task:", "tusk:", "steps[0].tusk", "did you mean `task`?"),
-    ] {
-        let text = lesson("");
-        assert!(text.contains(from), "{from}");
-        let said = check(&text.replace(from, to));
-        said.fails(2, words);
-        said.fails(2, place);
-    }
 }
 
 #[test]

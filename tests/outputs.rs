@@ -8,7 +8,7 @@ use render::Image;
 use serde_json::Value;
 
 use crate::black_box::with_a_fault;
-use crate::rigs::{folder, listing, output, program, sandbox, sealed, wait_for};
+use crate::rigs::{command_lines, folder, listing, output, program, sandbox, sealed, wait_for};
 
 /// A scene that falls, for as long as it is asked to.
 const FALL: &str = "(version: 1, gravity: (), bodies: [(name: \"ball\")])";
@@ -27,7 +27,7 @@ fn is_refused(folder: &Path, line: &str, words: &str) {
 
 #[cfg(unix)]
 mod on_unix {
-    use std::os::unix::fs::{PermissionsExt as _, symlink};
+    use std::os::unix::fs::PermissionsExt as _;
     use std::os::unix::process::ExitStatusExt as _;
     use std::process::{Child, Stdio};
     use std::thread::{scope, sleep};
@@ -154,32 +154,6 @@ mod on_unix {
             "run fine.ron --ticks 2 --state out.csv",
             "cannot write out.csv: it is not permitted",
         );
-    }
-
-    #[test]
-    fn a_link_that_leads_to_no_file_yet_stays_a_link() {
-        let folder = folder([("fine.ron", FALL), ("sub/inside", "")]);
-        let at = |name: &str| folder.path().join(name);
-        symlink("sub/second", at("first")).unwrap();
-        symlink("../out.csv", at("sub/second")).unwrap();
-        sandbox(&folder, "run fine.ron --ticks 2 --state first").fine();
-        assert!(at("first").is_symlink() && at("sub/second").is_symlink());
-        assert!(fs::read_to_string(at("out.csv")).unwrap().starts_with("tick,"));
-        // Two names of one place.
-        fs::remove_file(at("out.csv")).unwrap();
-        let words = "--state and --summary name the same file";
-        is_refused(folder.path(), "run fine.ron --ticks 2 --state first --summary out.csv", words);
-    }
-
-    #[test]
-    fn links_in_a_circle_are_refused() {
-        let folder = folder([("fine.ron", FALL)]);
-        symlink("b.csv", folder.path().join("a.csv")).unwrap();
-        symlink("a.csv", folder.path().join("b.csv")).unwrap();
-        let said =
-            sandbox(folder.path(), "run fine.ron --ticks 2 --state a.csv --summary out.json");
-        said.fails(2, "cannot write a.csv: too many levels of symbolic links\n");
-        assert!(!folder.path().join("out.json").exists());
     }
 
     #[test]
@@ -369,32 +343,6 @@ fn a_bundle_is_not_written_over_by_what_is_unpacked_from_it() {
 }
 
 #[test]
-fn a_file_of_a_run_has_no_name_that_its_pictures_may_have() {
-    let shots = "[(at_s: 0, do: screenshot(\"shot.png\"))]";
-    let folder = folder([
-        ("fine.ron", FALL),
-        ("shots.script", shots),
-        ("shot.png", FALL),
-        ("out/inside", ""),
-    ]);
-    let words = "is a name of the pictures and files that the run makes there; give another";
-    for flags in [
-        "--frames out --state out/frame_000000.png",
-        "--frames out --summary out/../out/frame_1234567.png",
-        "--frames out --film out/bundle_000001.zip",
-        "--frames . --black-box graph_000100.csv",
-        "--script shots.script --state shot.png",
-        "--script shots.script --frames out --summary out/shot.png",
-    ] {
-        is_refused(folder.path(), &format!("run fine.ron --ticks 2 --size 16x16 {flags}"), words);
-    }
-    is_refused(folder.path(), "run ./shot.png --ticks 2 --script shots.script", words);
-    let fine =
-        "--frames out --state out/frame_1.png --summary out/out.json --film frame_000000.png";
-    sandbox(&folder, &format!("run fine.ron --ticks 2 --size 16x16 {fine}")).fine();
-}
-
-#[test]
 fn the_first_look_without_a_display_is_four_pictures_of_its_own_look_with_captions() {
     let folder = tempfile::tempdir().unwrap();
     let script = crate::rigs::root().join("assets/scripts/first_look.ron");
@@ -433,32 +381,8 @@ fn a_script_that_presses_the_key_of_screenshots_writes_them_without_other_pictur
 }
 
 #[test]
-fn a_folder_that_is_named_keeps_the_files_that_no_run_wrote() {
-    let (bundle, _) = with_a_fault();
-    let bytes = bundle.write().unwrap();
-    let folder = folder([
-        ("box.zip", &bytes[..]),
-        ("mine/scene.ron", b"mine"),
-        ("mine/drift.csv", b"mine"),
-        ("mine/matrix.md", b"mine"),
-        ("mine/force.html", b"mine"),
-        ("mine/answers.html", b"mine"),
-        ("mine/logo.svg", b"mine"),
-    ]);
-    let words = "this file exists, and nothing says that it was written by an earlier run; give another folder";
-    for (line, name) in [
-        ("replay box.zip --out mine", "scene.ron"),
-        ("cost kepler --quick --out mine", "drift.csv"),
-        ("stability at_rest --ticks 1 --out mine", "matrix.md"),
-        ("lessons --html mine", "answers.html"),
-        ("lessons --html new/../mine", "answers.html"),
-    ] {
-        is_refused(folder.path(), line, &format!("mine/{name}: {words}"));
-    }
-    for line in ["replay box.zip --out own", "stability at_rest --ticks 1 --out own"] {
-        sandbox(&folder, line).ends(0);
-        sandbox(&folder, line).ends(0);
-    }
+fn no_command_writes_over_what_it_reads_or_what_it_did_not_write() {
+    command_lines("outputs");
 }
 
 /// A lesson over the scene "oscillator" with a run of other.ron, whose solution saves what can be saved.
@@ -475,54 +399,15 @@ const LESSON: &str = r#"(
 )"#;
 
 #[test]
-fn no_command_writes_over_what_it_reads() {
-    let case = "(version: 1, gravity: (), bodies: [(name: \"ball\")], \
-                expect: (survival: (measure: energy, seconds: 1, bounded_below: 0.1)))";
-    let folder = folder([
-        ("w.ron", FALL),
-        ("my.ron", LESSON),
-        ("other.ron", FALL),
-        ("summary.md", FALL),
-        ("x-growth.svg", FALL),
-        ("st/matrix.md", case),
-        ("config/inertia/window", "settings"),
-    ]);
-    let same = "name the same file; give two";
-    for (line, words) in [
-        ("w.ron --record w.ron".to_owned(), format!("the scene and --record {same}")),
-        ("w.ron --record st/../w.ron".to_owned(), format!("the scene and --record {same}")),
-        // Folders that are not there yet.
-        ("w.ron --record new/../w.ron".to_owned(), format!("the scene and --record {same}")),
-        ("run w.ron --state new/../w.ron".to_owned(), format!("the scene and --state {same}")),
-        (
-            "run w.ron --state new/er/../a --summary new/a".to_owned(),
-            format!("--state and --summary {same}"),
-        ),
-    ] {
-        is_refused(folder.path(), &line, &words);
-    }
-    for flag in ["--summary", "--state", "--film", "--black-box"] {
-        for (file, what) in [("my.ron", "the lesson"), ("other.ron", "a scene of the lesson")] {
-            let line = format!("run oscillator --lesson my.ron {flag} {file}");
-            is_refused(folder.path(), &line, &format!("{what} and {flag} {same}"));
-        }
-    }
-    is_refused(folder.path(), "run w.ron --frame-times my.ron --summary w.ron", "");
-    for file in ["summary.md", "x-growth.svg"] {
-        let words = "is a name of the report in that folder; give another folder";
-        is_refused(folder.path(), &format!("cost {file} --quick --out ."), words);
-    }
-    let words = "is a name of the matrix in that folder; give another folder";
-    is_refused(folder.path(), "stability st/matrix.md --ticks 1 --out st", words);
-    #[cfg(target_os = "linux")]
-    {
-        let config = folder.path().join("config");
-        let mut record = Command::new(program());
-        record.args(["w.ron", "--record", "config/inertia/window"]).env("XDG_CONFIG_HOME", &config);
-        let said = output(record.current_dir(&folder));
-        said.fails(2, &format!("the window's settings and --record {same}"));
-        assert_eq!(fs::read_to_string(config.join("inertia/window")).unwrap(), "settings");
-    }
+#[cfg(target_os = "linux")]
+fn a_recording_is_not_written_over_the_settings_of_the_window() {
+    let folder = folder([("w.ron", FALL), ("config/inertia/window", "settings")]);
+    let config = folder.path().join("config");
+    let mut record = Command::new(program());
+    record.args(["w.ron", "--record", "config/inertia/window"]).env("XDG_CONFIG_HOME", &config);
+    output(record.current_dir(&folder))
+        .fails(2, "the window's settings and --record name the same file; give two");
+    assert_eq!(fs::read_to_string(config.join("inertia/window")).unwrap(), "settings");
 }
 
 #[test]

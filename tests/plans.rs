@@ -2,7 +2,6 @@
 //! nothing more.
 
 use std::collections::BTreeSet;
-use std::path::PathBuf;
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
@@ -14,7 +13,7 @@ use motion::{
 use sandbox::{Options, Overrides, Session};
 use scene::Scene;
 
-use crate::rigs::{Drive, H, Lab, Start, blesses, root, stored};
+use crate::rigs::{Drive, H, Lab, Start, assert_expected};
 
 /// A shipped scene as a headless run without pictures has it, a few ticks on.
 fn session(name: &str) -> Session {
@@ -86,30 +85,8 @@ fn laws_are_named_with_their_numbers() {
 
 #[test]
 fn plans_of_shipped_scenes_are_the_golden_ones() {
-    let folder = root().join("tests/plans");
-    let mut kept: BTreeSet<PathBuf> = std::fs::read_dir(&folder)
-        .map(|files| files.map(|file| file.unwrap().path()).collect())
-        .unwrap_or_default();
-    let compare = |name| {
-        let plan = sandbox::plan::text(scene::load(name).unwrap(), Overrides::default());
-        let path = folder.join(format!("{name}.txt"));
-        kept.remove(&path);
-        stored(&path, &plan, blesses()).err()
-    };
-    let faults: Vec<_> = shipped().into_iter().filter_map(compare).collect();
-    assert!(faults.is_empty(), "{}", faults.concat());
-    assert!(kept.is_empty(), "plans of no scene: {kept:?}");
-}
-
-#[test]
-fn a_run_that_blesses_fails_and_the_next_one_compares() {
-    let folder = tempfile::TempDir::new().unwrap();
-    let path = folder.path().join("plans/scene.txt");
-    let why = stored(&path, "plan", true).unwrap_err();
-    assert!(why.contains("without BLESS"), "{why}");
-    assert_eq!(stored(&path, "plan", false), Ok(()));
-    let why = stored(&path, "another plan", false).unwrap_err();
-    assert!(why.contains("was\nplan\nis\nanother plan\n"), "{why}");
+    let plan = |name| sandbox::plan::text(scene::load(name).unwrap(), Overrides::default());
+    assert_expected("plans", &shipped().into_iter().map(plan).collect::<String>());
 }
 
 #[test]

@@ -10,7 +10,7 @@ use motion::Method;
 use scene::{Scene, Setting, load, shipped};
 use serde_json::Value;
 
-use crate::rigs::{self, Bits, all_bits, sandbox};
+use crate::rigs::{self, Bits, all_bits, command_lines, sandbox};
 
 /// Stiff cloth, a rope with a weight, and free debris: three parts that differ in what they need.
 const GROUPS: &str = r#"// Stiff cloth and free debris.
@@ -288,27 +288,7 @@ fn what_nothing_measured_can_do_is_said_and_nothing_is_written() {
 
 #[test]
 fn bad_flags_are_named() {
-    let folder = folder();
-    let fails =
-        |line: &str, words: &str| sandbox(&folder, &format!("recommend {line}")).fails(2, words);
-    fails("groups.ron", "<--error <M>|--budget-ms <MS>>");
-    fails("groups.ron --error 1 --budget-ms 2", "cannot be used with");
-    for bad in ["0", "-1", "nan", "inf", "soon"] {
-        for flag in ["--error", "--budget-ms", "--seconds"] {
-            fails(&format!("groups.ron {flag} {bad}"), "give a finite number above 0");
-        }
-    }
-    fails("--error 1", "<SCENE>");
-    fails("grups --error 1", "there is no such scene");
-    fails("empty --error 1", "empty: no body of it can move");
-    let words = "bodies[2].verlet_previous_position_m: only position_verlet starts from it";
-    fails("verlet_start --error 1", words);
-    fs::write(folder.path().join("other.ron"), "mine").unwrap();
-    let onto = |path| format!("groups.ron --error 1 --apply {path}");
-    fails(&onto("other.ron"), "other.ron: there is a file already");
-    fails(&onto("other.ron/inside.ron"), "other.ron");
-    fails(&onto("."), "is a folder");
-    assert_eq!(fs::read_to_string(folder.path().join("other.ron")).unwrap(), "mine");
+    command_lines("recommend");
 }
 
 /// Explicit Euler and Runge-Kutta 2 may be near enough for a second, and let the spring grow without end.

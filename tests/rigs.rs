@@ -2,6 +2,7 @@
 
 mod bare;
 mod cockpit;
+mod command_lines;
 mod dice;
 mod drive;
 mod environment;
@@ -15,6 +16,7 @@ use scene::Scene;
 
 pub use bare::Bare;
 pub use cockpit::Cockpit;
+pub use command_lines::{command_lines, contents, without_display};
 pub use dice::Dice;
 pub use drive::*;
 pub use environment::*;

@@ -7,7 +7,7 @@ use history::Bundle;
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::rigs::{self, Said, json, sandbox};
+use crate::rigs::{self, Said, command_lines, json, sandbox};
 
 pub const CLOTH: &str = "(version: 1, name: \"sheet\", gravity: (), soft_bodies: [
     cloth(name: \"cloth\", rows: 5, columns: 5, along_m: (2, 0, 0), down_m: (0, -2, 0), stiffness_n_m: 50,
@@ -26,6 +26,11 @@ pub fn folder() -> TempDir {
 
 pub fn bundle(folder: &Path, name: &str) -> Bundle {
     Bundle::read(&fs::read(folder.join(name)).unwrap()).unwrap()
+}
+
+#[test]
+fn black_boxes_are_written_replayed_and_refused_in_words() {
+    command_lines("black_box");
 }
 
 #[test]
@@ -60,29 +65,6 @@ fn a_bundle_of_an_earlier_program_is_repeated() {
     let out = sandbox(&folder, "replay box.zip").fine();
     let fault = "the same fault, dust, tick 1401: Force was not finite when integrate looked";
     assert!(out.contains(&format!("the same state, hash 5bc93ef20a8dfc4c; {fault}")), "{out}");
-}
-
-#[test]
-fn a_stiff_spring_that_explodes_is_found_before_it_is_quarantined() {
-    let folder = folder();
-    sandbox(&folder, "run stiff.ron --seconds 5 --black-box box.zip")
-        .warns(1, "the method created");
-    let out = sandbox(&folder, "replay box.zip").fine();
-    assert!(out.contains("the same fault, ball, tick 1: the method created"), "{out}");
-}
-
-#[test]
-fn a_fault_in_the_last_tick_decides_the_exit_code_and_is_repeated() {
-    let folder = folder();
-    let bullet =
-        "(version: 1, step_hz: 100, method: velocity_verlet, wells: [(strength_m3_s2: 1e-3)],
-        bodies: [(name: \"bullet\", position_m: (-2, 0.00001, 0), velocity_m_s: (100, 0, 0))])";
-    fs::write(folder.path().join("bullet.ron"), bullet).unwrap();
-    let line = "run bullet.ron --fps 100 --black-box box.zip --seconds";
-    sandbox(&folder, &format!("{line} 0.01")).fine();
-    sandbox(&folder, &format!("{line} 0.02")).warns(1, "bullet, tick 2: the method created");
-    let out = sandbox(&folder, "replay box.zip").fine();
-    assert!(out.contains("the same fault, bullet, tick 2: the method created"), "{out}");
 }
 
 #[test]
@@ -146,7 +128,6 @@ fn a_run_that_went_back_from_a_fault_and_ends_there_has_its_exit_code() {
         "[(at_tick: 10, do: press(\"G\")), (at_tick: 20, do: press(\",\")), (at_frame: 30, do: press(\"P\")),
         (at_tick: 70, do: push(\"cloth.r2.c2\", (nan, 0, 0)))]";
     fs::write(folder.path().join("back.script"), script).unwrap();
-    fs::write(folder.path().join("late.script"), "[(at_frame: 1000, do: press(\",\"))]").unwrap();
     let line = "run sheet.ron --script back.script --seconds 2 --summary summary.json";
     sandbox(&folder, line).warns(3, "cloth.r2.c2 quarantined in tick 71: ");
     let summary = json(folder.path().join("summary.json"));
@@ -155,42 +136,6 @@ fn a_run_that_went_back_from_a_fault_and_ends_there_has_its_exit_code() {
         (&70.into(), 1)
     );
     assert_eq!(summary["quarantined"][0]["tick"], 71);
-    sandbox(&folder, "run stiff.ron --script late.script --ticks 50")
-        .warns(1, "ball, tick 1: the method created");
-}
-
-#[test]
-fn a_script_that_waits_for_what_a_paused_run_never_comes_to_is_refused() {
-    let folder = folder();
-    for (pause, when, waits) in [
-        (",", "at_tick: 60", "tick 60"),
-        ("P", "at_frame: 18446744073709551615", "frame 18446744073709551615"),
-        (".", "at_s: 1e9", "1000000000 s"),
-    ] {
-        let script = format!("[(at_s: 0.5, do: press(\"{pause}\")), ({when}, do: press(\"G\"))]");
-        fs::write(folder.path().join("vain.script"), script).unwrap();
-        let said = sandbox(&folder, "run sheet.ron --ticks 100 --script vain.script");
-        said.warns(2, "the run is paused at tick ");
-        said.warns(2, &format!("waits for {waits};"));
-    }
-}
-
-#[test]
-fn what_was_asked_for_and_refused_is_told() {
-    let folder = folder();
-    fs::write(folder.path().join("g.script"), "[(at_tick: 3, do: press(\"G\"))]").unwrap();
-    let told = "stiff: this scene declares no gravity; the settings (Tab) can add it\n";
-    sandbox(&folder, "run stiff.ron --substeps 10 --ticks 10 --script g.script").says(0, told);
-}
-
-#[test]
-fn a_scene_that_is_too_large_for_a_black_box_is_refused_before_the_run() {
-    let folder = folder();
-    let scene = "(version: 1, clouds: [(count: 600000, half_extents_m: (9, 9, 9))])";
-    fs::write(folder.path().join("large.ron"), scene).unwrap();
-    let words = "sandbox: large.ron: too many bodies for a black box; leave --black-box out\n";
-    sandbox(&folder, "run large.ron --ticks 1 --black-box box.zip").says(2, words);
-    assert!(!folder.path().join("box.zip").exists());
 }
 
 #[test]
@@ -202,13 +147,6 @@ fn a_bundle_beside_pictures_has_one() {
     sandbox(&folder, line).ends(0);
     let saved = bundle(folder.path(), "out/bundle_000020.zip");
     assert!(saved.picture.is_some_and(|picture| picture.starts_with(b"\x89PNG")));
-}
-
-#[test]
-fn a_run_without_fault_writes_nothing_and_ends_as_it_would() {
-    let folder = folder();
-    sandbox(&folder, "run sheet.ron --ticks 60 --black-box box.zip").says(0, "");
-    assert!(!folder.path().join("box.zip").exists());
 }
 
 #[test]
@@ -265,6 +203,4 @@ fn what_differs_is_named_and_what_is_damaged_is_refused() {
         let Said { out, err, .. } = sandbox(&folder, "replay bad.zip").ends(2);
         assert_eq!((out.as_str(), err.lines().count()), ("", 1), "{err}");
     }
-    let words = "sandbox: cannot read none.zip: no such file or folder; check the path\n";
-    sandbox(&folder, "replay none.zip").says(2, words);
 }

@@ -75,12 +75,6 @@ fn what_cannot_be_unpacked_leaves_nothing() {
     let Said { out, err, .. } = sandbox(&folder, "replay bad.zip --out out").ends(2);
     assert_eq!((out.as_str(), err.lines().count()), ("", 1), "{err}");
     assert!(!folder.path().join("out").exists());
-    let said = sandbox(&folder, "replay box.zip --out sheet.ron");
-    said.says(
-        2,
-        "sandbox: cannot make the folder sheet.ron: a file is in the way; give another path\n",
-    );
-    assert_eq!(said.out, "");
 }
 
 #[test]
@@ -104,32 +98,10 @@ fn the_summary_says_what_the_black_box_wrote() {
 }
 
 #[test]
-fn a_place_that_no_black_box_can_be_written_to_is_found_out_before_the_run() {
-    let folder = folder();
-    let line = "run sheet.ron --script nan.script --seconds 2 --black-box sheet.ron/box.zip --summary s.json";
-    sandbox(&folder, line).warns(2, "cannot make the folder sheet.ron");
-    assert!(!folder.path().join("s.json").exists());
-    let line = "run sheet.ron --seconds 2 --black-box s.json --summary s.json";
-    sandbox(&folder, line)
-        .says(2, "sandbox: --summary and --black-box name the same file; give two\n");
-    assert!(!folder.path().join("s.json").exists());
-}
-
-#[test]
-fn a_bundle_where_a_scene_is_meant_is_named_and_the_window_tells_it_by_its_first_bytes() {
+fn a_damaged_bundle_is_refused_in_the_window() {
     let folder = folder();
     sandbox(&folder, FAILING);
-    fs::rename(folder.path().join("box.zip"), folder.path().join("box.ron")).unwrap();
-    for command in ["run", "plan", "effects", "ablate", "stability"] {
-        let said = sandbox(&folder, &format!("{command} box.ron"));
-        let words = "sandbox: box.ron: this is an archive, not a text; `sandbox box.ron` opens a bundle in the window, \
-                     `sandbox replay box.ron` runs it\n";
-        said.says(2, words);
-        assert_eq!(said.out, "", "{command}");
-    }
-    let words = "sandbox: box.ron: a bundle repeats its own run; leave --method, --substeps and --record out\n";
-    sandbox(&folder, "box.ron --substeps 2").says(2, words);
-    let good = fs::read(folder.path().join("box.ron")).unwrap();
+    let good = fs::read(folder.path().join("box.zip")).unwrap();
     fs::write(folder.path().join("bad.zip"), &good[..good.len() / 2]).unwrap();
     sandbox(&folder, "bad.zip").warns(2, "bad.zip: the bundle is damaged");
 }

@@ -1,10 +1,12 @@
 //! The program as a child process, and the files that it reads and writes.
 
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
+use expect_test::expect_file;
 use process_control::{ChildExt as _, Control as _};
 use scene::Scene;
 use tempfile::TempDir;
@@ -103,7 +105,7 @@ pub fn summarized<'a>(
 ) -> (Said, serde_json::Value) {
     let folder = folder(files);
     let said = sandbox(&folder, &format!("{line} --summary summary.json"));
-    let summary = std::fs::read(folder.path().join("summary.json")).unwrap_or_default();
+    let summary = fs::read(folder.path().join("summary.json")).unwrap_or_default();
     (said, serde_json::from_slice(&summary).unwrap_or_default())
 }
 
@@ -153,8 +155,8 @@ pub fn folder<'a>(files: impl IntoIterator<Item = (&'a str, impl AsRef<[u8]>)>) 
     let folder = TempDir::new().unwrap();
     for (name, bytes) in files {
         let path = folder.path().join(name);
-        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-        std::fs::write(path, bytes).unwrap();
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, bytes).unwrap();
     }
     folder
 }
@@ -181,7 +183,7 @@ pub fn sealed(json: &str) -> String {
 /// The JSON in a file.
 #[track_caller]
 pub fn json(path: impl AsRef<Path>) -> serde_json::Value {
-    serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap()
+    serde_json::from_slice(&fs::read(path).unwrap()).unwrap()
 }
 
 #[test]
@@ -191,27 +193,34 @@ fn a_program_that_waits_for_ever_is_ended() {
     output_within(Duration::from_millis(50), Command::new("tail").args(["-f", "/dev/null"]));
 }
 
-/// Whether this run writes what other runs compare with.
+/// Whether this run writes the pictures that other runs compare with.
 pub fn blesses() -> bool {
     std::env::var("BLESS").is_ok_and(|value| value == "1")
 }
 
-/// Why `text` is not what is stored at `path`. To `bless` stores it, which is no success: what a run wrote itself proves
-/// nothing.
-pub fn stored(path: &Path, text: &str, bless: bool) -> Result<(), String> {
-    let path_shown = path.display();
-    if bless {
-        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-        std::fs::write(path, text).unwrap();
-        return Err(format!(
-            "{path_shown} is written: look at the difference, and run again without BLESS\n"
-        ));
-    }
-    let golden = std::fs::read_to_string(path).unwrap_or_default();
-    if golden == text {
-        return Ok(());
-    }
-    Err(format!("{path_shown}: BLESS=1 writes it again\nwas\n{golden}\nis\n{text}\n"))
+/// Fails unless `text` is what the file at `path` from the root has; UPDATE_EXPECT=1 writes it.
+#[track_caller]
+pub fn assert_stored(path: &str, text: &str) {
+    expect_file![root().join(path)].assert_eq(text);
+}
+
+/// Fails unless `text` is what `tests/expected/NAME.txt` has; UPDATE_EXPECT=1 writes it.
+#[track_caller]
+pub fn assert_expected(name: &str, text: &str) {
+    assert_stored(&format!("tests/expected/{name}.txt"), text);
+}
+
+/// Fails unless `tests/expected/NAME.txt` has `answer` of every text in it; UPDATE_EXPECT=1 writes the answers.
+///
+/// A case is a line `----`, a text, a line `=>`, and the answer to the text.
+#[track_caller]
+pub fn answers(name: &str, answer: impl Fn(&str) -> String) {
+    let stored = fs::read_to_string(root().join(format!("tests/expected/{name}.txt"))).unwrap();
+    let answered = |case: &str| {
+        let text = case.split_once("=>\n").unwrap().0.trim_end_matches('\n');
+        format!("----\n{text}\n=>\n{}\n", answer(text).trim_end())
+    };
+    assert_expected(name, &stored.split("----\n").skip(1).map(answered).collect::<String>());
 }
 
 /// Root of the repository.
@@ -231,7 +240,7 @@ pub fn cargo_metadata(flags: &[&str]) -> serde_json::Value {
 /// Everything in a folder, the folders in it too.
 pub fn listing(folder: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();
-    for entry in std::fs::read_dir(folder).unwrap() {
+    for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         // A link is an entry like any other, wherever it leads.
         if path.is_dir() && !path.is_symlink() {

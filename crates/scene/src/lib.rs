@@ -84,3 +84,19 @@ pub use text::nearest::{did_you_mean, nearest};
 fn parse(keys: &str) -> Scene {
     Scene::parse("t", &format!("(version: 1, {keys})")).unwrap_or_else(|error| panic!("{error}"))
 }
+
+/// Fails unless the file below `src` has `answer` of every text in it; UPDATE_EXPECT=1 writes the answers.
+///
+/// A case is a line `----`, a text, a line `=>`, and the answer to the text.
+#[cfg(test)]
+#[track_caller]
+fn answers(file: &str, answer: impl Fn(&str) -> String) {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src").join(file);
+    let file = expect_test::expect_file![path];
+    let answered = |case: &str| {
+        let (text, _) =
+            case.split_once("\n=>\n").expect("a case is a text, an arrow and an answer");
+        format!("----\n{text}\n=>\n{}\n", answer(text).trim_end())
+    };
+    file.assert_eq(&file.data().split("----\n").skip(1).map(answered).collect::<String>());
+}

@@ -5,121 +5,48 @@ use glam::DVec3;
 use motion::Method;
 
 use super::*;
+use crate::answers;
 use crate::parts::Part;
 use crate::scene::Scene;
 use crate::text::faults::SceneError;
 
-/// A setting for the entry at a path, or for the scene itself.
-type Set = (Option<&'static str>, Setting);
-
-fn set(path: Option<&'static str>, method: Method, substeps: u32) -> Set {
-    (path, Setting { method, substeps })
-}
-
-fn setting((method, substeps): (Method, u32)) -> Setting {
-    Setting { method, substeps }
-}
-
-/// The text with these methods and substeps; the scene keeps its own if none are given.
-fn edited(text: &str, sets: &[Set]) -> Result<String, SceneError> {
+/// The text with other methods and substeps. A line of `sets` has the path of an entry or `scene`, a method and substeps; the
+/// scene keeps its own if none are given.
+fn edited(text: &str, sets: &str) -> Result<String, SceneError> {
     let scene = Scene::parse("t", text)?;
     let entries = scene.entries();
-    let common = sets.iter().find(|(path, _)| path.is_none());
-    let common = common.map_or(set(None, scene.method, scene.substeps), |set| *set).1;
-    let own = sets.iter().filter_map(|(path, setting)| {
-        let entry = entries.iter().find(|entry| Some(&*entry.path()) == *path);
-        path.map(|_| (entry.unwrap(), *setting))
+    let common = Setting { method: scene.method, substeps: scene.substeps };
+    let (mut common, mut own) = (common, Vec::new());
+    for set in sets.lines() {
+        let [path, method, substeps] = set.split(' ').collect::<Vec<_>>()[..] else {
+            panic!("{set}")
+        };
+        let method = Method::from_name(method).unwrap();
+        let setting = Setting { method, substeps: substeps.parse().unwrap() };
+        match entries.iter().find(|entry| entry.path() == path) {
+            Some(entry) => own.push((entry, setting)),
+            None => common = setting,
+        }
+    }
+    scene.with_methods("t", common, &own)
+}
+
+/// What an edit makes of a text, or why it cannot be made.
+fn outcome(edited: Result<String, SceneError>) -> String {
+    edited.unwrap_or_else(|error| error.to_string())
+}
+
+#[test]
+fn methods_and_substeps_are_written_where_they_stand_or_beside_what_stands() {
+    answers("edit/methods.txt", |case| {
+        let (sets, text) = case.split_once("\n\n").unwrap();
+        outcome(edited(text, sets))
     });
-    scene.with_methods("t", common, &own.collect::<Vec<_>>())
-}
-
-#[track_caller]
-fn edits(text: &str, sets: &[Set], expected: &str) {
-    let edited = edited(text, sets).unwrap_or_else(|error| panic!("{error}"));
-    assert_eq!(edited, expected);
-}
-
-#[test]
-fn values_are_replaced_where_they_stand() {
-    edits(
-        "(version: 1, method : /* why */ explicit_euler /* this */, substeps: 3 // and so many\n)",
-        &[set(None, Method::Yoshida4, 12)],
-        "(version: 1, method : /* why */ yoshida_4 /* this */, substeps: 12 // and so many\n)",
-    );
-    edits(
-        "(version: 1, bodies: [(method: \n yoshida_4)], r#substeps: 4)",
-        &[set(None, Method::RungeKutta4, 2), set(Some("bodies[0]"), Method::ImplicitEuler, 2)],
-        "(version: 1, method: runge_kutta_4, bodies: [(method: \n implicit_euler)], r#substeps: 2)"
-            .replace("version: 1, method: runge_kutta_4, ", "version: 1, ")
-            .replace("r#substeps: 2", "r#substeps: 2, method: runge_kutta_4")
-            .as_str(),
-    );
-}
-
-#[test]
-fn lines_get_lines_and_rows_get_more_of_the_row() {
-    let text = "Scene(\n    version: 1,\n    // Of the name.\n    name: \"a, (b: [\", // name\n    bodies: [\n        (name: \"x\", mass_kg: 2),\n        (),\n    ],\n)";
-    edits(
-        text,
-        &[
-            set(None, Method::RungeKutta4, 4),
-            set(Some("bodies[0]"), Method::Yoshida4, 4),
-            set(Some("bodies[1]"), Method::RungeKutta4, 1),
-        ],
-        "Scene(\n    version: 1,\n    // Of the name.\n    name: \"a, (b: [\", // name\n    method: runge_kutta_4,\n    substeps: 4,\n    bodies: [\n        (name: \"x\", mass_kg: 2, method: yoshida_4),\n        (substeps: 1),\n    ],\n)",
-    );
-    // A line that breaks as on Windows, an entry over two lines, a comma at the end of a row.
-    let text = "(\r\n  version: 1,\r\n  soft_bodies: [chain(points: 2, to_m: (1, 0, 0),\r\n    stiffness_n_m: 1, ), cloth(rows: 2, columns: 2,\r\n along_m: (1, 0, 0), down_m: (0, 1, 0), stiffness_n_m: 1 // soft\r\n)])";
-    edits(
-        text,
-        &[
-            set(None, Method::ImplicitEuler, 2),
-            set(Some("soft_bodies[0]"), Method::RungeKutta4, 3),
-            set(Some("soft_bodies[1]"), Method::ImplicitEuler, 5),
-        ],
-        "(\r\n  version: 1,\r\n  method: implicit_euler,\r\n  substeps: 2,\r\n  soft_bodies: [chain(points: 2, to_m: (1, 0, 0),\r\n    stiffness_n_m: 1, method: runge_kutta_4, substeps: 3, ), cloth(rows: 2, columns: 2,\r\n along_m: (1, 0, 0), down_m: (0, 1, 0), stiffness_n_m: 1, substeps: 5 // soft\r\n)])",
-    );
-}
-
-#[test]
-fn one_of_the_two_keys_takes_the_other_beside_it() {
-    edits(
-        "(version: 1,\n    method: yoshida_4, // good\n    seed: 3)",
-        &[set(None, Method::Yoshida4, 7)],
-        "(version: 1,\n    method: yoshida_4, // good\n    substeps: 7,\n    seed: 3)",
-    );
-    edits(
-        "(version: 1, bodies: [(substeps: 2, mass_kg: 1)])",
-        &[set(Some("bodies[0]"), Method::Yoshida4, 2)],
-        "(version: 1, bodies: [(substeps: 2, method: yoshida_4, mass_kg: 1)])",
-    );
-    // A value that holds anyway is not written.
-    let text = "(version: 1, method: yoshida_4, bodies: [()])";
-    edits(
-        text,
-        &[set(None, Method::Yoshida4, 1), set(Some("bodies[0]"), Method::Yoshida4, 1)],
-        text,
-    );
-    edits("(version: 1)", &[set(None, Method::default(), 1)], "(version: 1)");
-}
-
-#[test]
-fn what_cannot_be_written_is_refused() {
-    let refused = |text: &str, set| edited(text, &[set]).unwrap_err().to_string();
-    let text = "(version: 1, bodies: [(), (verlet_previous_position_m: (1, 0, 0))], method: position_verlet)";
-    let error = refused(text, set(Some("bodies[1]"), Method::Yoshida4, 1));
-    assert!(error.contains("yoshida_4 knows no previous position"), "{error}");
-    assert!(
-        refused(text, set(None, Method::PositionVerlet, 0))
-            .contains("0 is not a number of substeps")
-    );
-    assert!(
-        refused("(version: 1, bodies: [", set(None, Method::Yoshida4, 1))
-            .contains("ends too early")
-    );
-    let joined = "(version: 1, soft_bodies: [chain(points: 2, to_m: (1, 0, 0), stiffness_n_m: 1)],
-        bodies: [(name: \"a\")], springs: [(between: (\"a\", \"chain.1\"), stiffness_n_m: 1)])";
-    assert!(refused(joined, set(Some("bodies[0]"), Method::Yoshida4, 1)).contains("of its group"));
+    // Lines that break as on Windows.
+    let text = "(\n  version: 1,\n  bodies: [(mass_kg: 2,\n ), ( // soft\n)])";
+    let windows = |text: &str| text.replace('\n', "\r\n");
+    let sets = "scene implicit_euler 2\nbodies[0] runge_kutta_4 3\nbodies[1] implicit_euler 5";
+    assert_eq!(edited(&windows(text), sets).unwrap(), windows(&edited(text, sets).unwrap()));
 }
 
 #[test]
@@ -175,107 +102,25 @@ fn free_bodies_get_the_scenes_own_keys_unless_mutual_gravity_forbids_it() {
     assert_eq!(edited.bodies[1].method, Some(Method::ImplicitEuler));
 }
 
-#[track_caller]
-fn rewritten(text: &str, edits: &[TextEdit], expected: &str) {
-    let edited = rewrite("t", text, edits).unwrap_or_else(|error| panic!("{error}"));
-    assert_eq!(edited, expected);
-}
-
-fn remove(list: &str, index: usize) -> TextEdit {
-    TextEdit::Remove { list: list.to_owned(), index }
-}
-
-#[test]
-fn entries_come_and_go_with_their_lines() {
-    let text = "(\n    version: 1,\n    bodies: [\n        // One.\n        (name: \"a\"), // first\n        (name: \"b\",\n         mass_kg: 2),\n        (name: \"c\")\n    ],\n)";
-    rewritten(
-        text,
-        &[remove("bodies", 1), TextEdit::add("bodies", "(name: \"d\")")],
-        "(\n    version: 1,\n    bodies: [\n        // One.\n        (name: \"a\"), // first\n        (name: \"c\"),\n        (name: \"d\"),\n    ],\n)",
-    );
-    rewritten(
-        text,
-        &[remove("bodies", 0), remove("bodies", 2)],
-        "(\n    version: 1,\n    bodies: [\n        // One.\n        (name: \"b\",\n         mass_kg: 2),\n    ],\n)",
-    );
-    rewritten(
-        text,
-        &[TextEdit::add("springs", "(x: 1)"), TextEdit::add("springs", "(x: 2)")],
-        &text.replace(
-            "    ],\n)",
-            "    ],\n    springs: [\n        (x: 1),\n        (x: 2),\n    ],\n)",
-        ),
-    );
-    let row = "(version: 1, bodies: [(), (mass_kg: 1), ()])";
-    rewritten(row, &[remove("bodies", 0)], "(version: 1, bodies: [(mass_kg: 1), ()])");
-    rewritten(row, &[remove("bodies", 2)], "(version: 1, bodies: [(), (mass_kg: 1)])");
-    rewritten(
-        row,
-        &[remove("bodies", 0), remove("bodies", 1), remove("bodies", 2)],
-        "(version: 1, bodies: [])",
-    );
-    rewritten(
-        row,
-        &[
-            remove("bodies", 0),
-            remove("bodies", 1),
-            remove("bodies", 2),
-            TextEdit::add("bodies", "(mass_kg: 3)"),
-        ],
-        "(version: 1, bodies: [(mass_kg: 3)])",
-    );
-    rewritten(
-        row,
-        &[
-            remove("bodies", 2),
-            TextEdit::add("bodies", "(mass_kg: 3)"),
-            TextEdit::set("bodies[2]", "mass_kg", "4"),
-        ],
-        "(version: 1, bodies: [(), (mass_kg: 1), (mass_kg: 3)])",
-    );
-    rewritten(
-        row,
-        &[TextEdit::add("grids", "()")],
-        "(version: 1, bodies: [(), (mass_kg: 1), ()], grids: [()])",
-    );
-    rewritten(
-        "(version: 1, bodies: [])",
-        &[TextEdit::add("bodies", "()")],
-        "(version: 1, bodies: [\n    (),\n])",
-    );
-    rewritten(
-        "(version: 1, bodies: [ // none yet\n])",
-        &[TextEdit::add("bodies", "()")],
-        "(version: 1, bodies: [ // none yet\n    (),\n])",
-    );
-}
-
-#[test]
-fn keys_come_and_go() {
-    let text = "(version: 1, bodies: [(shape: sphere(radius_m: 1), mass_kg: 2), ()])";
-    rewritten(
-        text,
-        &[
-            TextEdit::set("bodies[0].shape", "radius_m", "3.0"),
-            TextEdit::Set { group: "bodies[0]".to_owned(), key: "mass_kg".to_owned(), value: None },
-            TextEdit::set("bodies[1]", "name", "\"b\""),
-            TextEdit::set("bodies[1]", "mass_kg", "4.0"),
-            TextEdit::set("", "seed", "3"),
-        ],
-        "(version: 1, bodies: [(shape: sphere(radius_m: 3.0)), (name: \"b\", mass_kg: 4.0)], seed: 3)",
-    );
-    let gone =
-        TextEdit::Set { group: "bodies[1]".to_owned(), key: "mass_kg".to_owned(), value: None };
-    for (edit, path) in [
-        (gone, "bodies[1].mass_kg"),
-        (TextEdit::set("bodies[2]", "mass_kg", "1"), "bodies[2]"),
-        (TextEdit::set("gravity", "on_at_start", "true"), "gravity"),
-        (remove("bodies", 2), "bodies[2]"),
-        (remove("springs", 0), "springs[0]"),
-    ] {
-        let error = rewrite("t", text, &[edit]).unwrap_err().to_string();
-        assert!(error.starts_with(&format!("t: {path}: there is no such")), "{error}");
+/// An edit as a line: `add LIST ENTRY`, `remove LIST INDEX` or `set GROUP KEY VALUE`, which removes the key without a value.
+fn edit(line: &str) -> TextEdit {
+    let mut words = line.splitn(4, ' ');
+    let mut word = || words.next().map(str::to_owned);
+    let [Some(verb), Some(place)] = [word(), word()] else { panic!("{line}") };
+    let rest = line.splitn(3, ' ').last().unwrap();
+    match &*verb {
+        "add" => TextEdit::add(&place, rest),
+        "remove" => TextEdit::Remove { list: place, index: rest.parse().unwrap() },
+        _ => TextEdit::Set { group: place, key: word().unwrap(), value: word() },
     }
+}
+
+#[test]
+fn entries_and_keys_come_and_go_with_their_lines() {
+    answers("edit/edits.txt", |case| {
+        let (edits, text) = case.split_once("\n\n").unwrap();
+        outcome(rewrite("t", text, &edits.lines().map(edit).collect::<Vec<_>>()))
+    });
 }
 
 fn scene(text: &str) -> Scene {

@@ -379,6 +379,3 @@ fn table(points: &[(f64, Triple)], scope: Scope, faults: &mut Faults) -> Option<
     };
     Some(Curve::Table(points.iter().enumerate().map(&mut point).collect()))
 }
-
-#[cfg(test)]
-mod tests;

@@ -167,6 +167,3 @@ impl Section {
         self.method != other.method || self.substeps != other.substeps
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -1,53 +1,22 @@
 //! The scanner against texts in which a careless one would lose its way.
 
 use super::*;
+use crate::answers;
 
 fn at(text: &str, root: &str, path: &str) -> Option<Position> {
     let offset = offsets(text, root, &[path])[0]?;
     Some(positions(text, &[offset])[0])
 }
 
-#[track_caller]
-fn check(text: &str, path: &str, line: usize, column: usize) {
-    assert_eq!(at(text, "", path), Some(Position { line, column }), "{path} in {text}");
-}
-
+/// The first line has paths, one of them empty, and the rest is the text.
 #[test]
-fn keys_entries_and_variants_are_found() {
-    let text =
-        "(\n  a: 1,\n  list: [\n    (b: ball(r: 2.0), c: (1, -2e3, 3)),\n    (b: x),\n  ],\n)";
-    check(text, "", 1, 1);
-    check(text, "a", 2, 3);
-    check(text, "list", 3, 3);
-    check(text, "list[0]", 4, 5);
-    check(text, "list[0].b", 4, 6);
-    check(text, "list[0].b.r", 4, 14);
-    check(text, "list[0].c[1]", 4, 30);
-    check(text, "list[1].b", 5, 6);
-}
-
-#[test]
-fn a_missing_key_is_looked_for_in_its_group() {
-    check("(a: 1,\n list: [(b: 1)])", "list[0].absent", 2, 9);
-    check("(a: 1,\n list: [(b: 1)])", "list[7].absent", 2, 2);
-    check("\n\n (a: 1)", "absent", 3, 2);
+fn keys_entries_and_variants_are_found_and_a_missing_key_is_looked_for_in_its_group() {
+    answers("text/locate/places.txt", |case| {
+        let (paths, text) = case.split_once('\n').unwrap();
+        let place = |path| format!("{path}: {:?}\n", at(text, "", path).unwrap());
+        paths.split(' ').map(place).collect()
+    });
     assert_eq!(at("", "", "a"), None);
-}
-
-#[test]
-fn strings_comments_and_characters_hide_their_brackets() {
-    check(r#"(a: "\"( [ , b: ", b: 1)"#, "b", 1, 20);
-    check("(a: r#\"\"( b: \"#, b: 1)", "b", 1, 18);
-    check("(a: r\"\\\", b: 1)", "b", 1, 11);
-    check("(a: br\"(\", b: '(', c: 1)", "c", 1, 20);
-    check("(/* b: ( /* nested ) */ */ // b: (\n b: 1)", "b", 2, 2);
-    check("(a: \"über\", b: 1)", "b", 1, 13);
-}
-
-#[test]
-fn named_groups_raw_names_and_attributes_are_passed_through() {
-    check("Scene(a: Some((b: 1)), r#c: 2)", "c", 1, 24);
-    check("#![enable(implicit_some)]\n(a: (b: 1))", "a.b", 2, 6);
 }
 
 #[test]
