@@ -7,8 +7,8 @@ use std::process::{Command, Stdio};
 use tempfile::TempDir;
 
 use crate::rigs::{
-    self, Said, command_lines, commands, contents, json, listing, output, program, sandbox,
-    wait_for, without_display,
+    self, Said, command_lines, commands, contents, listing, output, program, sandbox, wait_for,
+    without_display,
 };
 
 fn folder() -> TempDir {
@@ -281,30 +281,6 @@ fn a_device_is_written_to_and_not_replaced_and_a_link_stays_a_link() {
     let folder = with_link("/dev/stdout");
     let out = run(folder.path(), "run fine.ron --ticks 2 --summary link").fine();
     assert!(out.contains("\"scene\": \"fine\""), "{out}");
-}
-
-/// Steep bounds that no run with gravity keeps.
-const STRICT: &str =
-    "(version: 1, gravity: (), bodies: [(name: \"ball\")], expect: (energy_drift_below: 1e-30))";
-
-#[test]
-fn a_quarantined_body_is_exit_code_3_named_in_message_and_summary_and_wins_over_an_expectation() {
-    let folder = folder();
-    write(folder.path(), "strict.ron", STRICT);
-    write(folder.path(), "nan.script", "[(at_tick: 60, do: push(\"ball\", (nan, 0, 0)))]");
-    let said = run(
-        folder.path(),
-        "run strict.ron --assert --script nan.script --ticks 120 --summary out.json",
-    );
-    let what = "Force was not finite when integrate_acceleration looked";
-    said.says(3, &format!("sandbox: ball quarantined in tick 61: {what}\n"));
-    let summary: serde_json::Value = json(folder.path().join("out.json"));
-    let expected = serde_json::json!([{
-        "body": "ball", "tick": 61, "what": what,
-        "system": "integrate_acceleration", "component": "Force", "cause": "found",
-    }]);
-    assert_eq!(summary["quarantined"], expected);
-    assert!(said.out.contains("quarantined                1\n"), "{}", said.out);
 }
 
 #[test]

@@ -264,17 +264,6 @@ fn a_small_allowance_is_said_in_a_unit_that_shows_it() {
 }
 
 #[test]
-fn no_command_takes_more_seconds_than_a_run_can_have() {
-    let folder = folder([("none", "")]);
-    for command in
-        ["run orbit", "ablate orbit --no-pictures", "recommend orbit --error 1", "cost orbit"]
-    {
-        let said = sandbox(&folder, &format!("{command} --seconds 1e300"));
-        said.fails(2, "are too many ticks for one run; give fewer");
-    }
-}
-
-#[test]
 fn what_does_not_fit_is_refused_by_its_entry_before_it_is_made() {
     let text = lattice(157);
     let bodies = 158_u64.pow(3) + 2;

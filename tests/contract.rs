@@ -8,7 +8,7 @@ use serde_json::Value;
 use tempfile::TempDir;
 use xxhash_rust::xxh3::Xxh3;
 
-use crate::rigs::{folder, json, root, sandbox, summarized};
+use crate::rigs::{command_lines, expected, folder, json, root, sandbox, summarized};
 
 #[track_caller]
 fn run(line: &str) -> String {
@@ -107,43 +107,15 @@ fn every_list_has_the_same_rows_as_a_table_and_as_json() {
 }
 
 #[test]
-fn the_list_of_methods_has_every_claim() {
-    let rows = parsed("list methods --format json");
-    let methods: Vec<_> = rows.iter().map(|row| row["method"].clone()).collect();
-    assert_eq!(methods, motion::Method::ALL.map(motion::Method::name));
-    for (row, claims) in rows.iter().zip(&motion::METHODS) {
-        let expected = serde_json::json!({
-            "method": claims.name,
-            "title": claims.title,
-            "position_order": claims.position_order,
-            "velocity_order": claims.velocity_order,
-            "order_with_velocity_laws": claims.order_with_velocity_laws,
-            "evaluations": claims.evaluations,
-            "evaluations_with_velocity_laws": claims.evaluations_with_velocity_laws,
-            "start_up_evaluations": claims.start_up_evaluations,
-            "stability_limit": if claims.stability_limit.is_infinite() {
-                "inf".into()
-            } else {
-                Value::from(claims.stability_limit)
-            },
-            "symplectic": claims.symplectic,
-            "reversible": claims.reversible,
-            "source": claims.source,
-            "damping": claims.damping,
-        });
-        assert_eq!(&Value::Object(row.clone()), &expected);
-    }
-    let table = run("list methods");
-    let (heading, first) = table.split_once('\n').unwrap();
-    assert!(heading.starts_with("method  ") && first.starts_with("explicit_euler  "), "{table}");
-    let names: Vec<_> = parsed("list laws --format json")
-        .iter()
-        .map(|row| row["law"].as_str().unwrap().to_owned())
-        .collect();
-    assert_eq!(
-        names,
-        ["gravity", "drag", "wells", "thrusts", "damping", "springs", "mutual_gravity"]
-    );
+fn methods_and_laws_are_listed_with_every_claim() {
+    command_lines("lists");
+}
+
+/// The tables of runs and the summaries that they write.
+#[test]
+#[cfg(unix)]
+fn summaries_have_the_keys_of_the_contract_in_order() {
+    command_lines("summaries");
 }
 
 #[test]
@@ -183,7 +155,7 @@ fn explicit_euler_swaps_exactly_the_two_middle_lines_of_the_plan() {
 
 #[test]
 fn every_shipped_scene_has_a_plan_whose_lines_are_numbered() {
-    let golden = fs::read_to_string(root().join("tests/expected/plans.txt")).unwrap();
+    let golden = expected("plans").data();
     for scene in scene::shipped() {
         let plan = run(&format!("plan {}", scene.name));
         assert!(golden.contains(&plan), "{plan}");
@@ -232,51 +204,6 @@ fn a_state_file_has_immovable_bodies_in_stable_id_order_and_no_scenery() {
     assert_eq!(rows[0].numbers, [0.0, 0.0, 0.0, v, v, 0.0]);
     let vy = v + -9.8 * h;
     assert_eq!(rows[1].numbers, [v * h, vy * h, 0.0, v, vy, 0.0]);
-}
-
-#[test]
-fn a_summary_has_the_keys_of_the_contract_in_order() {
-    let folder = TempDir::new().unwrap();
-    let table = sandbox(folder.path(), "run tutorial --ticks 60 --summary summary.json").fine();
-    let text = fs::read_to_string(folder.path().join("summary.json")).unwrap();
-    let summary: serde_json::Map<String, Value> = serde_json::from_str(&text).unwrap();
-    let keys = "scene method methods step_hz ticks simulated_s dropped_s force_evaluations laws cg_iterations \
-        newton_iterations unconverged_steps kinetic_energy_j potential_energy_j momentum_kg_m_s \
-        angular_momentum_kg_m2_s energy_at_start_j forecast quarantined state_hash frames adapter";
-    let keys: Vec<_> = keys.split(' ').collect();
-    assert_eq!(summary.keys().collect::<Vec<_>>(), keys);
-    assert_eq!(table.lines().map(|line| line.split(' ').next().unwrap()).collect::<Vec<_>>(), keys);
-    assert_eq!(
-        (&summary["scene"], &summary["method"]),
-        (&"tutorial".into(), &"semi_implicit_euler".into())
-    );
-    assert_eq!(summary["methods"], serde_json::json!({"semi_implicit_euler": 28}));
-    assert_eq!(
-        (&summary["newton_iterations"], &summary["unconverged_steps"]),
-        (&0.into(), &0.into())
-    );
-    let named = table.lines().find_map(|line| line.strip_prefix("method ")).unwrap();
-    assert_eq!(named.trim(), "semi_implicit_euler (semi-implicit Euler)");
-    assert_eq!((&summary["ticks"], &summary["force_evaluations"]), (&60.into(), &(60 * 28).into()));
-    assert_eq!((&summary["frames"], &summary["adapter"]), (&0.into(), &Value::Null));
-    assert_eq!(summary["momentum_kg_m_s"].as_array().unwrap().len(), 3);
-    let hash = summary["state_hash"].as_str().unwrap();
-    assert!(
-        hash.len() == 16 && hash.chars().all(|c| c.is_ascii_hexdigit() && !c.is_ascii_uppercase())
-    );
-    let listed = table.lines().find_map(|line| line.strip_prefix("state_hash")).unwrap();
-    assert_eq!(listed.trim(), hash);
-}
-
-#[test]
-fn numbers_that_are_not_finite_are_words_in_a_summary() {
-    // Finite bodies, but the square of the speed is not.
-    let scene = "(version: 1, bodies: [(velocity_m_s: (1e200, 0, 0)), (velocity_m_s: (-1e308, 0, 0), mass_kg: 10)])";
-    let (said, summary) = summarized([("fast.ron", scene)], "run fast.ron --ticks 1");
-    said.ends(0);
-    assert_eq!(summary["kinetic_energy_j"], "inf");
-    assert_eq!(summary["energy_at_start_j"], "inf");
-    assert_eq!(summary["momentum_kg_m_s"][0], "-inf");
 }
 
 /// Gravity on after a while and a push; nothing of it depends on frames.
@@ -362,22 +289,6 @@ fn every_shipped_scene_keeps_what_it_expects_for_a_minute() {
             assert!((simulated / seconds - 1.0).abs() < 1e-9, "{}: {simulated} s", scene.name);
         }
     }
-}
-
-#[test]
-fn overrides_limits_and_time_go_on_over_resets_and_changes_of_scene() {
-    let script = "[(at_tick: 4, do: press(\"F1\")), (at_tick: 8, do: press(\"next_scene\")), \
-                  (at_tick: 10, do: press(\"F1\")), (at_tick: 12, do: push(\"grid.x0.z0\", (nan, 0, 0)))]";
-    let line =
-        "run tutorial --ticks 15 --hz 240 --method explicit_euler --script s.ron --state s.csv";
-    let (said, summary) = summarized([("s.ron", script)], line);
-    said.ends(3);
-    assert_eq!(summary["scene"], "tutorial_large");
-    assert_eq!((&summary["ticks"], &summary["step_hz"]), (&15.into(), &240.0.into()));
-    assert_eq!(summary["method"], "explicit_euler");
-    assert_eq!(summary["quarantined"][0]["tick"], 13);
-    let simulated = summary["simulated_s"].as_f64().unwrap();
-    assert!((simulated - 15.0 / 240.0).abs() < 1e-15, "{simulated}");
 }
 
 #[test]

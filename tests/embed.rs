@@ -14,9 +14,9 @@ use motion::effects::{Effect, EffectState};
 use motion::groups::Groups;
 use motion::snapshot;
 use motion::{
-    Damping, DampingModel, DampingRate, Dormant, Drag, Emission, Emitter, Evaluations, Forces,
-    Laws, Method, MutualGravity, PhysicsBody, PushQueue, Request, Requests, StableId, StepSystems,
-    Stepper, TimeStep, Transform, Well, Wells,
+    Damping, DampingModel, DampingRate, Dormant, Drag, Emission, Evaluations, Forces, Laws, Method,
+    MutualGravity, PhysicsBody, PushQueue, Request, Requests, StableId, StepSystems, Stepper,
+    TimeStep, Transform, Well, Wells,
 };
 
 use crate::rigs::{Bits, bits};
@@ -290,38 +290,6 @@ fn a_rate_does_not_switch_on_damping_that_is_off() {
     motion::effects::switch(&mut world, Effect::Damping, false).unwrap();
     world.spawn((PhysicsBody::with_mass(1.0), DampingRate::new(2.0)));
     assert_eq!(motion::effects::state(&world, Effect::Damping), EffectState::Off);
-}
-
-#[test]
-fn an_emitter_that_cannot_emit_is_refused() {
-    type Mistake = fn(&mut Emitter);
-    let mistakes: [(Mistake, &str); 5] = [
-        (|emitter| emitter.rate = 0.0, "0 particles per second; give a finite `rate` above 0"),
-        (|emitter| emitter.rate = f64::INFINITY, "a finite `rate`"),
-        (|emitter| emitter.life = -1.0, "live for -1 s; give the emitter a `life` above 0"),
-        (|emitter| emitter.life = f64::NAN, "`life` above 0"),
-        (|emitter| emitter.launches.truncate(1), "of 2 bodies has 1 velocities at birth"),
-    ];
-    for (mistake, words) in mistakes {
-        let mut world = World::new();
-        let pool: Vec<_> = (0..2).map(|_| world.spawn(PhysicsBody::with_mass(1.0)).id()).collect();
-        let launches = vec![DVec3::Y; 2];
-        let mut emitter = Emitter {
-            rate: 10.0,
-            life: 1.0,
-            position: DVec3::ZERO,
-            pool,
-            launches,
-            inverse_mass: 1.0,
-        };
-        mistake(&mut emitter);
-        world.spawn(emitter);
-        let said = panic_of(|| {
-            let mut stepper = Stepper::new(&mut world, Method::default(), TimeStep(0.01));
-            stepper.tick(&mut world);
-        });
-        assert!(said.contains(words), "{said}");
-    }
 }
 
 #[test]

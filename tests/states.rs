@@ -224,14 +224,6 @@ fn accelerations_are_what_velocities_do_next() {
 }
 
 #[test]
-fn a_name_of_another_format_is_refused() {
-    let folder = folder([("weight.ron", WEIGHT)]);
-    let err = sandbox(&folder, "run weight.ron --ticks 1 --state s.Parquet").ends(2).err;
-    assert!(err.contains("s.Parquet") && err.contains("give a name that ends in .csv"), "{err}");
-    assert!(!folder.path().join("s.Parquet").exists());
-}
-
-#[test]
 fn only_bodies_with_such_names_have_rows() {
     let folder = TempDir::new().unwrap();
     let names = |patterns: &str| {

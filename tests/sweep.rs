@@ -155,45 +155,6 @@ fn a_fall_has_the_numbers_of_its_closed_form() {
 }
 
 #[test]
-fn values_that_the_scene_refuses_together_are_a_row_that_says_why() {
-    let attract = "(version: 1, mutual_gravity: (), bodies: [(), (position_m: (3, 0, 0))])";
-    let (plan, rows) =
-        sweep(attract, &["method=implicit_euler,velocity_verlet"], 1.0, &[Measure::Drift]);
-    assert_eq!(value(&plan, &rows[0], "outcome"), &Value::Text("refused".to_owned()));
-    assert!(value(&plan, &rows[0], "why").to_string().contains("mutual gravity"), "{rows:?}");
-    assert_eq!(value(&plan, &rows[0], "drift"), &Value::Absent);
-    assert_eq!(value(&plan, &rows[1], "outcome"), &Value::Text("finished".to_owned()));
-}
-
-#[test]
-fn what_no_run_can_be_made_of_is_a_row_that_says_why() {
-    let slow = "(version: 1, step_hz: 0.25, bodies: [(velocity_m_s: (1, 0, 0))])";
-    let axes = ["step_hz=0.25,1,8", "step=fixed,frame"];
-    let (plan, rows) = sweep(slow, &axes, 1.0, &[Measure::LargestDistance]);
-    let of = |row: &Row, name| value(&plan, row, name).clone();
-    let text = |words: &str| Value::Text(words.to_owned());
-    assert_eq!(of(&rows[0], "why"), text("1 s are less than half a tick of 4 s"));
-    for row in rows.iter().skip(1).step_by(2) {
-        let why = "its ticks are as long as frames, and a sweep has none; give step: fixed";
-        assert_eq!((of(row, "outcome"), of(row, "why")), (text("refused"), text(why)));
-    }
-    assert_eq!(
-        [of(&rows[2], "simulated_s"), of(&rows[4], "largest_distance_m")],
-        [1.0, 1.0].map(Value::Number)
-    );
-}
-
-#[test]
-fn particles_that_begin_again_are_no_journey() {
-    let emitter = "rate_per_s: 1, life_s: 1, capacity: 1, speed_m_s: 10, direction: (1, 0, 0)";
-    let fountain = format!("(version: 1, emitters: [({emitter})])");
-    let measures = [Measure::LargestDistance, Measure::LargestSpeed];
-    let (plan, rows) = sweep(&fountain, &["substeps=1"], 3.5, &measures);
-    assert_eq!(number(&plan, &rows[0], "largest_distance_m"), 0.0);
-    assert_eq!(number(&plan, &rows[0], "largest_speed_m_s"), 10.0);
-}
-
-#[test]
 fn a_million_million_million_runs_are_counted() {
     let plan = |axes: &[&str]| Plan {
         axes: axes.iter().map(|axis| Axis::parse(axis).unwrap()).collect(),

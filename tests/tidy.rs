@@ -430,6 +430,16 @@ fn every_file_begins_with_what_it_is_for() {
 }
 
 #[test]
+fn every_expected_text_has_its_test() {
+    let sources: String = sources().into_iter().map(|(_, text)| text).collect();
+    for file in fs::read_dir(root().join("tests/expected")).unwrap() {
+        let path = file.unwrap().path();
+        let name = format!("{:?}", path.file_stem().unwrap());
+        assert!(sources.contains(&name), "no test compares with {}", path.display());
+    }
+}
+
+#[test]
 fn numbers_are_rounded_for_people_in_one_place() {
     // A column of a file has all digits of its numbers.
     let elsewhere = ["crates/report/src/numbers.rs", "crates/sandbox/src/output/states.rs"];

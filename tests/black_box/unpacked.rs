@@ -78,26 +78,6 @@ fn what_cannot_be_unpacked_leaves_nothing() {
 }
 
 #[test]
-fn the_summary_says_what_the_black_box_wrote() {
-    let folder = folder();
-    sandbox(&folder, FAILING);
-    let summary = json(folder.path().join("s.json"));
-    let saved = bundle(folder.path(), "box.zip").manifest;
-    let fault = saved.fault.unwrap();
-    let expected = json!({
-        "path": "box.zip", "tick": fault.tick - 1,
-        "fault": { "tick": fault.tick, "body": fault.body, "what": fault.what },
-    });
-    assert_eq!(summary["black_box"], expected);
-    // It is that of the faulty tick, not of the one that was gone back to.
-    assert_eq!([&summary["ticks"], &summary["quarantined"][0]["tick"]], [fault.tick; 2]);
-    sandbox(&folder, "run sheet.ron --ticks 5 --black-box none.zip --summary s.json");
-    assert_eq!(json(folder.path().join("s.json")).get("black_box"), Some(&Value::Null));
-    sandbox(&folder, "run sheet.ron --ticks 5 --summary s.json");
-    assert_eq!(json(folder.path().join("s.json")).get("black_box"), None);
-}
-
-#[test]
 fn a_damaged_bundle_is_refused_in_the_window() {
     let folder = folder();
     sandbox(&folder, FAILING);

@@ -40,7 +40,7 @@ fn numbers_out_of_their_range_are_refused_with_the_range() {
     fn insert(world: &mut World, body: Entity, component: impl Bundle) {
         world.entity_mut(body).insert(component);
     }
-    let mistakes: [Mistake; 19] = [
+    let mistakes: [Mistake; 24] = [
         |world, ends| {
             world.spawn(Spring { ends, elastic: Elastic { stiffness: -50.0, ..ELASTIC } });
         },
@@ -54,6 +54,21 @@ fn numbers_out_of_their_range_are_refused_with_the_range() {
         |world, _| world.insert_resource(Damping { rate: -3.0, ..Damping::TUTORIAL }),
         |world, [one, _]| {
             world.spawn(Emitter { inverse_mass: -1.0, ..emitter(vec![one]) });
+        },
+        |world, [one, _]| {
+            world.spawn(Emitter { rate: 0.0, ..emitter(vec![one]) });
+        },
+        |world, [one, _]| {
+            world.spawn(Emitter { rate: f64::INFINITY, ..emitter(vec![one]) });
+        },
+        |world, [one, _]| {
+            world.spawn(Emitter { life: -1.0, ..emitter(vec![one]) });
+        },
+        |world, [one, _]| {
+            world.spawn(Emitter { life: f64::NAN, ..emitter(vec![one]) });
+        },
+        |world, [one, _]| {
+            world.spawn(Emitter { launches: Vec::new(), ..emitter(vec![one]) });
         },
         |world, [one, _]| {
             (0..2).for_each(|_| {

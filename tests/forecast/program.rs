@@ -1,14 +1,12 @@
 //! What `sandbox run` says and records of it.
 
-use std::fs;
-
 use bevy_ecs::entity::Entity;
 use motion::Method;
 use motion::margin::{Cure, LimitingPart, Margin};
 use report::ForecastRow;
 use serde_json::Value;
 
-use crate::rigs::{Said, folder, sandbox, summarized};
+use crate::rigs::{Said, command_lines, summarized};
 
 /// A weight of 1 kg on a spring of `stiffness` N/m, its end of rest.
 fn hung(stiffness: f64) -> String {
@@ -38,51 +36,27 @@ fn refused(scene: &str, flags: &str, words: &str) {
 #[test]
 fn a_stiff_spring_is_warned_of_and_recorded() {
     let (said, summary) = run(1e8, "");
-    let line = "hung is unstable: spring anchor - weight: w h = 166.7, the limit of semi_implicit_euler is 2; \
-                needs 84 substeps, or implicit_euler\n";
-    assert!(said.err.starts_with(line), "{}", said.err);
+    assert!(said.err.starts_with("hung is unstable: "), "{}", said.err);
     let [row] = &summary["forecast"].as_array().unwrap()[..] else { panic!("{summary}") };
     assert_eq!(row["element"], "spring anchor - weight");
     assert_eq!((&row["method"], &row["substeps"]), (&"semi_implicit_euler".into(), &1.into()));
     assert!((row["value"].as_f64().unwrap() - 1e4 / 60.0).abs() < 1e-6, "{row}");
     assert!((row["limit"].as_f64().unwrap() - 2.0).abs() < 1e-4, "{row}");
     assert_eq!(row["cure"], "needs 84 substeps, or implicit_euler");
-    let (calm, summary) = run(1e8, "--substeps 84");
-    calm.says(0, "");
-    assert_eq!(summary["forecast"], Value::Array(Vec::new()));
-    run(1e8, "--method implicit_euler --refuse-unstable").0.says(0, "");
+    assert_eq!(run(1e8, "--substeps 84").1["forecast"], Value::Array(Vec::new()));
 }
 
 #[test]
-fn the_limit_is_where_warnings_begin() {
-    let at = |part: f64| (2.0 * 60.0 * part).powi(2);
-    run(at(0.9), "--refuse-unstable").0.says(0, "");
-    // Near the limit the swing of semi-implicit Euler has up to 1 / sqrt(1 - r²) times the true size, and grows no more.
-    let (near, _) = run(at(0.99), "--refuse-unstable");
-    assert!(
-        near.err.contains("hung is wrong: weight: semi_implicit_euler swings 7.089 times too far"),
-        "{}",
-        near.err
-    );
-    assert!(run(at(1.01), "").0.err.contains("needs 2 substeps, or implicit_euler"));
-}
-
-/// A weight on a spring of 1 rad/s, at one tick a frame.
-const FRAMES: &str = "(version: 1, step: frame, bodies: [(name: \"anchor\", immovable: true),
-    (name: \"weight\", position_m: (1.1, 0, 0), mass_kg: 1.0)],
-    springs: [(between: (\"anchor\", \"weight\"), stiffness_n_m: 1.0, rest_length_m: 1.0)])";
-
-#[test]
-fn a_step_of_frames_is_as_long_as_the_longest_frame() {
-    refused(FRAMES, "--fps 0.4", "w h = 2.5, the limit");
-    run_scene(FRAMES, "--fps 0.6 --refuse-unstable").0.says(0, "");
+fn warnings_begin_at_the_limit_and_are_the_end_of_a_run_that_refuses_them() {
+    command_lines("forecast");
 }
 
 #[test]
-fn what_grows_slowly_in_a_second_and_fast_in_a_tick_is_told() {
-    let scene =
-        FRAMES.replace("step: frame", "step_hz: 0.001").replace("1.0, rest", "4.4e-6, rest");
-    refused(&scene, "", "w h = 2.098, the limit");
+fn what_is_near_the_limit_swings_too_far() {
+    // The swing of semi-implicit Euler has up to 1 / sqrt(1 - r²) times the true size, and grows no more.
+    let (near, _) = run((2.0 * 60.0 * 0.99_f64).powi(2), "--refuse-unstable");
+    let words = "hung is wrong: weight: semi_implicit_euler swings 7.089 times too far";
+    assert!(near.err.contains(words), "{}", near.err);
 }
 
 /// Runge-Kutta 2 at w h = 0.1 grows by 1.25e-5 a tick (numerics: G2 = 1 + z^4 / 4).
@@ -139,15 +113,6 @@ fn damping_of_ticks_is_weighed_by_ticks() {
         0.0,
     );
     refused(&scene, "", "damping of slow: c h");
-    let scene =
-        "(version: 1, method: implicit_euler, substeps: 100, damping: (model: tutorial, rate_per_s: 300.0),
-        bodies: [(name: \"w\", immovable: true), (name: \"a\", position_m: (1.1, 0, 0), damping_per_s: 0.0),
-            (name: \"b\", position_m: (2.1, 0, 0))],
-        springs: [(between: (\"w\", \"a\"), stiffness_n_m: 300000.0, rest_length_m: 1.0),
-            (between: (\"a\", \"b\"), stiffness_n_m: 1.0, rest_length_m: 1.0)])";
-    let (said, _) = run_scene(scene, "");
-    let words = "hung is unstable: damping of b: c h = 2.5, the limit of implicit_euler is 2";
-    assert!(said.err.contains(words), "{}", said.err);
 }
 
 /// Explicit Euler turns a speed v that only drag k v slows down into v (1 - k v h): it grows from k v h = 2 on.
@@ -160,23 +125,6 @@ fn drag_that_turns_a_body_back_and_slows_it_down_is_stable() {
         );
         run_scene(&scene, "--refuse-unstable").0.ends(i32::from(unstable));
     }
-}
-
-#[test]
-fn particles_that_are_not_born_yet_are_looked_at() {
-    let scene = "(version: 1, damping: (model: tutorial, rate_per_s: 300.0),
-        emitters: [(rate_per_s: 100.0, speed_m_s: 1.0, life_s: 1.0)])";
-    refused(scene, "", "c h = 2.5, the limit of semi_implicit_euler is 2");
-}
-
-#[test]
-fn a_run_that_was_refused_wrote_nothing() {
-    let folder = folder([("hung.ron", hung(1e8).as_str())]);
-    let line = "run hung.ron --refuse-unstable --summary out/summary.json --state out/state.csv";
-    sandbox(&folder, line).warns(1, "hung is unstable: spring anchor - weight");
-    let files: Vec<_> =
-        fs::read_dir(&folder).unwrap().map(|file| file.unwrap().file_name()).collect();
-    assert_eq!(files, ["hung.ron"]);
 }
 
 #[test]

@@ -7,7 +7,7 @@ use std::process::Command;
 
 use tempfile::TempDir;
 
-use super::{Said, assert_expected, folder, listing, output, program, root};
+use super::{Said, assert_expected, expected, folder, listing, output, program, root};
 
 /// Runs `sandbox line` where no display can be found, and fails if it panics or names a place of its source.
 #[track_caller]
@@ -47,7 +47,8 @@ pub fn contents(folder: &Path) -> Vec<(PathBuf, Option<Vec<u8>>)> {
 /// is 0. `> /dev/null` at the end leaves out standard output.
 #[track_caller]
 pub fn command_lines(name: &str) {
-    let stored = fs::read_to_string(root().join(format!("tests/expected/{name}.txt"))).unwrap();
+    let stored = expected(name).data();
+    assert!(stored.contains("$ "), "{name} has no command line");
     let folder = folder([("", ""); 0]);
     let (mut text, mut file) = (String::new(), None);
     for line in stored.lines().filter(|line| !line.starts_with(['|', '!', '+', '~', '-', '['])) {
@@ -83,7 +84,9 @@ fn run(folder: &Path, line: &str, text: &mut String) {
         line.strip_suffix(" > /dev/null").map_or((line, false), |line| (line, true));
     let said = without_display(folder, line, &[]);
     let after = contents(folder);
-    let out = said.out.lines().filter(|_| !quiet).map(|line| format!("| {line}"));
+    let version = concat!("sandbox ", env!("CARGO_PKG_VERSION"));
+    let out = said.out.replace(version, "sandbox VERSION");
+    let out = out.lines().filter(|_| !quiet).map(|line| format!("| {line}"));
     // What differs from machine to machine: the adapter, and how far a forecast tries in its time.
     let drawing = |line: &str| line.strip_prefix("drawing with ").map(|_| "drawing with ADAPTER");
     let err = said.err.lines().filter(|line| !line.contains("; tried "));

@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use expect_test::expect_file;
+use expect_test::{ExpectFile, expect_file};
 use process_control::{ChildExt as _, Control as _};
 use scene::Scene;
 use tempfile::TempDir;
@@ -204,10 +204,15 @@ pub fn assert_stored(path: &str, text: &str) {
     expect_file![root().join(path)].assert_eq(text);
 }
 
+/// The file `tests/expected/NAME.txt`.
+pub fn expected(name: &str) -> ExpectFile {
+    expect_file![root().join(format!("tests/expected/{name}.txt"))]
+}
+
 /// Fails unless `text` is what `tests/expected/NAME.txt` has; UPDATE_EXPECT=1 writes it.
 #[track_caller]
 pub fn assert_expected(name: &str, text: &str) {
-    assert_stored(&format!("tests/expected/{name}.txt"), text);
+    expected(name).assert_eq(text);
 }
 
 /// Fails unless `tests/expected/NAME.txt` has `answer` of every text in it; UPDATE_EXPECT=1 writes the answers.
@@ -215,11 +220,12 @@ pub fn assert_expected(name: &str, text: &str) {
 /// A case is a line `----`, a text, a line `=>`, and the answer to the text.
 #[track_caller]
 pub fn answers(name: &str, answer: impl Fn(&str) -> String) {
-    let stored = fs::read_to_string(root().join(format!("tests/expected/{name}.txt"))).unwrap();
     let answered = |case: &str| {
         let text = case.split_once("=>\n").unwrap().0.trim_end_matches('\n');
         format!("----\n{text}\n=>\n{}\n", answer(text).trim_end())
     };
+    let stored = expected(name).data();
+    assert!(stored.starts_with("----\n"), "{name} has no case");
     assert_expected(name, &stored.split("----\n").skip(1).map(answered).collect::<String>());
 }
 

@@ -98,5 +98,7 @@ fn answers(file: &str, answer: impl Fn(&str) -> String) {
             case.split_once("\n=>\n").expect("a case is a text, an arrow and an answer");
         format!("----\n{text}\n=>\n{}\n", answer(text).trim_end())
     };
-    file.assert_eq(&file.data().split("----\n").skip(1).map(answered).collect::<String>());
+    let stored = file.data();
+    assert!(stored.starts_with("----\n"), "{file:?} has no case");
+    file.assert_eq(&stored.split("----\n").skip(1).map(answered).collect::<String>());
 }

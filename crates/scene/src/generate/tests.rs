@@ -21,34 +21,6 @@ fn a_grid_has_columns_along_x_and_rows_along_z_in_x_major_order() {
 }
 
 #[test]
-fn ids_go_by_list_and_lists_have_one_order() {
-    let scene = parse(
-        r#"soft_bodies: [chain(points: 2, to_m: (1, 0, 0), stiffness_n_m: 1), lattice(cells: (1, 1, 1), size_m: (1, 1, 1), stiffness_n_m: 1, name: "jelly"),
-            chain(points: 2, to_m: (1, 0, 0), stiffness_n_m: 1), cloth(rows: 2, columns: 2, along_m: (1, 0, 0), down_m: (0, -1, 0), stiffness_n_m: 1)],
-        emitters: [(rate_per_s: 1, life_s: 1, speed_m_s: 1, capacity: 2)],
-        clouds: [(count: 1), (count: 1, name: "dust")], grids: [(rows: 1, columns: 1), (rows: 1, columns: 1)],
-        bodies: [(), (name: "b")]"#,
-    );
-    let names: Vec<_> = scene.names.iter().collect();
-    let expected =
-        ["body.0", "b", "grid.x0.z0", "grid2.x0.z0", "cloud.0", "dust.0", "emitter.0", "emitter.1"];
-    assert_eq!(names[..8], expected);
-    assert_eq!(names[8..11], ["chain.0", "chain.1", "jelly.x0.y0.z0"]);
-    assert_eq!(
-        names[18..],
-        ["chain2.0", "chain2.1", "cloth.r0.c0", "cloth.r0.c1", "cloth.r1.c0", "cloth.r1.c1"]
-    );
-    assert_eq!(scene.emitters[0].pool, 6..8);
-    let points: Vec<_> =
-        scene.soft_bodies.iter().map(|soft| (soft.name.as_str(), soft.points.clone())).collect();
-    assert_eq!(
-        points,
-        [("chain", 8..10), ("jelly", 10..18), ("chain2", 18..20), ("cloth", 20..24)]
-    );
-    assert_eq!(scene.bodies.len(), scene.names.len());
-}
-
-#[test]
 fn the_same_seed_gives_the_same_bodies_and_another_seed_others() {
     let with = |seed: u64| {
         parse(&format!(

@@ -30,6 +30,12 @@ fn laws_springs_and_masses_are_as_declared_or_have_their_defaults() {
         lines.extend(scene.springs.iter().map(|spring| {
             format!("{:?} {:?} {:?}", spring.ends.map(name), spring.elastic, spring.color)
         }));
+        lines.extend(
+            scene.emitters.iter().map(|emitter| format!("{} {:?}", emitter.name, emitter.pool)),
+        );
+        lines.extend(
+            scene.soft_bodies.iter().map(|soft| format!("{} {:?}", soft.name, soft.points)),
+        );
         lines.extend(scene.own_laws.iter().map(|(id, laws)| format!("{} {laws:?}", name(*id))));
         lines.extend((0..).zip(&scene.bodies).map(|(id, body)| {
             let BodySpec { inverse_mass, source_mass, method, substeps, .. } = body;
