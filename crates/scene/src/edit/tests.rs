@@ -133,97 +133,6 @@ fn after(scene: &Scene, edits: &[TextEdit]) -> Scene {
 }
 
 #[test]
-fn names_that_count_entries_follow_when_an_entry_goes() {
-    let whole = scene(
-        "(version: 1, bodies: [(), (), (position_m: (1, 0, 0))],
-        grids: [(rows: 1, columns: 1), (rows: 1, columns: 2)],
-        soft_bodies: [chain(points: 2, to_m: (0, 1, 0), stiffness_n_m: 1), cloth(rows: 2, columns: 2, along_m: (1, 0, 0),
-            down_m: (0, -1, 0), stiffness_n_m: 1), chain(points: 2, to_m: (0, 1, 0), stiffness_n_m: 1)],
-        springs: [(between: (\"body.0\", \"body.2\"), stiffness_n_m: 1), (between: (\"body.2\", \"grid2.x1.z0\"), stiffness_n_m: 2),
-            (between: (\"chain.0\", \"chain2.1\"), stiffness_n_m: 3)],
-        thrusts: [(body: \"body.0\", curve: polynomial([(1, 0, 0)]))],
-        wells: [(strength_m3_s2: 1, softening_m: 1, bodies: [\"body.0\", \"body.1\"]), (strength_m3_s2: 1, softening_m: 1, bodies: [\"body.0\"])])",
-    );
-    let ends = |scene: &Scene| -> Vec<_> {
-        scene
-            .springs
-            .iter()
-            .map(|spring| spring.ends.map(|end| scene.names.get(end).unwrap().into_owned()))
-            .collect()
-    };
-    let without = after(&whole, &whole.without("bodies[0]"));
-    assert_eq!(ends(&without), [["body.1", "grid2.x1.z0"], ["chain.0", "chain2.1"]]);
-    assert_eq!(
-        without.own_laws.keys().copied().collect::<Vec<_>>(),
-        [0],
-        "the well of the second body"
-    );
-    assert!(without.own_laws[&0].thrusts.is_empty());
-    let without = after(&whole, &whole.without("grids[0]"));
-    assert_eq!(ends(&without)[1], ["body.2", "grid.x1.z0"]);
-    let without = after(&whole, &whole.without("soft_bodies[1]"));
-    assert_eq!(ends(&without)[2], ["chain.0", "chain2.1"], "a cloth counts no chains");
-    let without = after(&whole, &whole.without("soft_bodies[0]"));
-    assert_eq!(ends(&without), ends(&whole)[..2]);
-    let named = after(&whole, &whole.named("bodies[0]", "hook"));
-    assert_eq!(ends(&named)[0], ["hook", "body.2"]);
-    assert_eq!(
-        ends(&after(&named, &named.without("bodies[0]"))),
-        ends(&after(&whole, &whole.without("bodies[0]")))
-    );
-    let named = after(&whole, &whole.named("grids[1]", "row"));
-    assert_eq!(ends(&named)[1], ["body.2", "row.x1.z0"]);
-    let named = after(&whole, &whole.named("bodies[2]", "ball"));
-    assert_eq!(ends(&named)[..2], [["body.0", "ball"], ["ball", "grid2.x1.z0"]]);
-}
-
-#[test]
-fn survival_scripts_follow_the_names_of_their_bodies() {
-    let whole = scene(
-        "(version: 1, bodies: [(), (), (name: \"ship\")], expect: (survival: (measure: energy, scale_j: 1, ticks: 10, bounded_below: 1,
-            script: [(at_tick: 1, do: push(\"body.0\", (1, 0, 0))), (at_tick: 2, do: remove(\"ship\"))],
-            rows: [(label: \"own\", script: [(at_tick: 3, do: remove(\"body.1\")) /* the last */]), (label: \"all\")])))",
-    );
-    let bodies = |scene: &Scene| -> Vec<Vec<String>> {
-        let rows = scene.survival.as_ref().unwrap().iter();
-        rows.map(|row| {
-            row.script.iter().filter_map(|step| step.action.body().map(str::to_owned)).collect()
-        })
-        .collect()
-    };
-    assert_eq!(bodies(&whole), [vec!["body.1"], vec!["body.0", "ship"]]);
-    let named = after(&whole, &whole.named("bodies[2]", "boat"));
-    assert_eq!(bodies(&named), [vec!["body.1"], vec!["body.0", "boat"]]);
-    assert!(named.text.contains("remove(\"body.1\")) /* the last */"));
-    let without = after(&whole, &whole.without("bodies[0]"));
-    assert_eq!(bodies(&without), [vec!["body.0"], vec!["ship"]]);
-    let without = after(&whole, &whole.without("bodies[1]"));
-    assert_eq!(bodies(&without), [vec![], vec!["body.0", "ship"]]);
-}
-
-#[test]
-fn a_copy_stands_beside_and_has_its_own_name() {
-    let whole = scene(
-        "(version: 1, bodies: [(name: \"ball\", position_m: (1, 2, 3), mass_kg: 2)],
-        soft_bodies: [chain(name: \"rope\", points: 2, to_m: (0, 1, 0), stiffness_n_m: 1)])",
-    );
-    let copied = after(&whole, &whole.copied("bodies[0]", DVec3::X));
-    assert_eq!(copied.bodies[1].position, DVec3::new(2.0, 2.0, 3.0));
-    assert_eq!(
-        (copied.names.get(1).unwrap(), copied.bodies[1].inverse_mass),
-        ("ball2".into(), Some(0.5))
-    );
-    let copied = after(&whole, &whole.copied("soft_bodies[0]", DVec3::Z));
-    assert_eq!(copied.names.get(3).unwrap(), "rope2.0");
-    assert_eq!(
-        (copied.bodies[3].position, copied.bodies[4].position),
-        (DVec3::Z, DVec3::new(0.0, 1.0, 1.0))
-    );
-    let shifted = after(&whole, &whole.shifted("bodies[0]", DVec3::NEG_Y));
-    assert_eq!(shifted.bodies[0].position, DVec3::new(1.0, 1.0, 3.0));
-}
-
-#[test]
 fn a_grid_and_a_cloud_taken_apart_are_the_same_bodies() {
     let whole = scene(
         "(version: 1, seed: 3, bodies: [()], clouds: [(count: 5, half_extents_m: (1, 2, 3), speed_m_s: 3, mass_kg: 0.3, color: (0.1, 0.7, 0.2))],
@@ -237,21 +146,6 @@ fn a_grid_and_a_cloud_taken_apart_are_the_same_bodies() {
     let grid = after(&whole, &whole.apart("grids[0]"));
     assert_eq!(grid.bodies[1..7], whole.bodies[1..7]);
     assert!(whole.apart("bodies[0]").is_empty());
-}
-
-#[test]
-fn a_group_that_a_well_names_is_followed() {
-    let whole = scene(
-        "(version: 1, bodies: [(name: \"a\")], grids: [(rows: 1, columns: 2), (rows: 1, columns: 2)],
-        wells: [(strength_m3_s2: 1, bodies: [\"a\", \"grid2\"])])",
-    );
-    let attracted = |scene: &Scene| scene.own_laws.keys().copied().collect::<Vec<_>>();
-    assert_eq!(attracted(&whole), [0, 3, 4]);
-    assert_eq!(attracted(&after(&whole, &whole.named("grids[1]", "wall"))), [0, 3, 4]);
-    assert_eq!(attracted(&after(&whole, &whole.without("grids[0]"))), [0, 1, 2]);
-    assert_eq!(attracted(&after(&whole, &whole.without("grids[1]"))), [0]);
-    // The bodies of the second grid come before those of the first.
-    assert_eq!(attracted(&after(&whole, &whole.apart("grids[1]"))), [0, 1, 2]);
 }
 
 #[test]
@@ -281,39 +175,34 @@ fn fields_are_the_keys_with_what_is_written() {
     }
 }
 
+/// Scenes after a line such as `without PATH`, `named PATH NAME`, `apart PATH`, `copied PATH X Y Z` or `shifted PATH X Y Z`, with
+/// what has own laws and what rides on what.
 #[test]
-fn what_rides_on_a_body_follows_its_name_and_stays_where_it_began() {
-    let text = "(version: 1,
-        bodies: [(name: \"comet\", position_m: (1, 2, 3)), (name: \"planet\"), (name: \"moon\")],
-        emitters: [(name: \"dust\", rides_on: \"comet\", position_m: (0, 1, 0), rate_per_s: 1, life_s: 2, speed_m_s: 1)],
-        wells: [(rides_on: \"planet\", strength_m3_s2: 1, bodies: [\"moon\", \"dust\"])])";
-    let whole = scene(text);
-    let well = |scene: &Scene| -> Vec<(u32, u32)> {
-        let riding = |(id, laws): (&u32, &crate::OwnLawsSpec)| {
-            let carriers: Vec<_> =
-                laws.riding_wells.iter().map(|well| (*id, well.rides_on)).collect();
-            carriers
-        };
-        scene.own_laws.iter().flat_map(riding).collect()
-    };
-    // The moon, and two particles.
-    assert_eq!(well(&whole), [(2, 1), (3, 1), (4, 1)]);
-    for (path, name) in [("bodies[0]", "rock"), ("bodies[1]", "rock"), ("emitters[0]", "jet")] {
-        let named = after(&whole, &whole.named(path, name));
-        assert_eq!((well(&named), named.emitters[0].rides_on), (well(&whole), Some(0)), "{path}");
-    }
-    let without = after(&whole, &whole.without("bodies[0]"));
-    let emitter = &without.emitters[0];
-    assert_eq!((emitter.rides_on, emitter.position), (None, DVec3::new(1.0, 3.0, 3.0)));
-    assert_eq!(well(&without).len(), 3);
-    let without = after(&whole, &whole.without("bodies[1]"));
-    assert_eq!((well(&without), without.emitters[0].rides_on), (vec![], Some(0)));
-    let without = after(&whole, &whole.without("emitters[0]"));
-    assert_eq!(well(&without), [(2, 1)]);
-    // Names that count: the planet becomes the first of all.
-    let unnamed =
-        scene(&text.replace("(name: \"planet\")", "()").replace("\"planet\"", "\"body.1\""));
-    assert_eq!(well(&unnamed), well(&whole));
-    let without = after(&unnamed, &unnamed.without("bodies[0]"));
-    assert_eq!(well(&without), [(1, 0), (2, 0), (3, 0)]);
+fn what_names_a_body_or_counts_entries_follows_when_entries_come_go_and_are_named() {
+    answers("edit/entries.txt", |case| {
+        let (changes, text) = case.split_once("\n\n").unwrap();
+        let changed = changes.lines().fold(scene(text), |scene, change| {
+            let words: Vec<_> = change.split(' ').collect();
+            let by = || DVec3::from_slice(&[2, 3, 4].map(|i| words[i].parse().unwrap()));
+            let edits = match words[0] {
+                "without" => scene.without(words[1]),
+                "named" => scene.named(words[1], words[2]),
+                "apart" => scene.apart(words[1]),
+                "copied" => scene.copied(words[1], by()),
+                _ => scene.shifted(words[1], by()),
+            };
+            after(&scene, &edits)
+        });
+        let name = |id: u32| changed.names.get(id).unwrap().into_owned();
+        let laws = changed.own_laws.iter().map(|(id, laws)| {
+            let riding: Vec<_> = laws.riding_wells.iter().map(|well| name(well.rides_on)).collect();
+            let (wells, thrusts) = (laws.wells.len(), laws.thrusts.len());
+            format!("\n{}: {wells} wells, {thrusts} thrusts, wells on {riding:?}", name(*id))
+        });
+        let emitters = changed.emitters.iter().map(|emitter| {
+            let rides_on = emitter.rides_on.map(name);
+            format!("\n{}: on {rides_on:?} at {}", emitter.name, emitter.position)
+        });
+        changed.text.to_string() + &laws.chain(emitters).collect::<String>()
+    });
 }
