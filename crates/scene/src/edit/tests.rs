@@ -10,19 +10,22 @@ use crate::parts::Part;
 use crate::scene::Scene;
 use crate::text::faults::SceneError;
 
+fn setting((method, substeps): (Method, u32)) -> Setting {
+    Setting { method, substeps }
+}
+
 /// The text with other methods and substeps. A line of `sets` has the path of an entry or `scene`, a method and substeps; the
 /// scene keeps its own if none are given.
 fn edited(text: &str, sets: &str) -> Result<String, SceneError> {
     let scene = Scene::parse("t", text)?;
     let entries = scene.entries();
-    let common = Setting { method: scene.method, substeps: scene.substeps };
-    let (mut common, mut own) = (common, Vec::new());
+    let (mut common, mut own) = (setting((scene.method, scene.substeps)), Vec::new());
     for set in sets.lines() {
         let [path, method, substeps] = set.split(' ').collect::<Vec<_>>()[..] else {
             panic!("{set}")
         };
         let method = Method::from_name(method).unwrap();
-        let setting = Setting { method, substeps: substeps.parse().unwrap() };
+        let setting = setting((method, substeps.parse().unwrap()));
         match entries.iter().find(|entry| entry.path() == path) {
             Some(entry) => own.push((entry, setting)),
             None => common = setting,

@@ -122,7 +122,8 @@ fn what_a_scene_lacks_is_named() {
     );
     answers("script/lacking.txt", |text| {
         let script = Script::parse("t", text).unwrap();
-        let checked = script.check("t", text, &scene, |key| key != "Foo", |_| true, |key| key == "F1");
+        let checked =
+            script.check("t", text, &scene, |key| key != "Foo", |_| true, |key| key == "F1");
         checked.map_or_else(|error| error.to_string(), |()| "fine".to_owned())
     });
 }
