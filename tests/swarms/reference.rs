@@ -42,7 +42,7 @@ impl Near {
     }
 }
 
-/// The sine of shaders/swarm_step.wgsl.
+/// The sine of crates/swarm/shaders/step.wgsl.
 fn sine(angle: f32) -> f32 {
     let turns = (angle * 0.159_154_94).round_ties_even();
     let a = (angle - turns * 6.281_25) - turns * 1.935_307_2e-3;

@@ -132,7 +132,7 @@ impl Affine {
     }
 }
 
-/// The formula of a law among those of `shaders/swarm_step.wgsl`, for particles that a graphics device integrates.
+/// The formula of a law among those of `crates/swarm/shaders/step.wgsl`, for particles that a graphics device integrates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DeviceForm<'a> {
     /// `a = constant - rate v`.

@@ -8,10 +8,14 @@ pub(crate) mod plugin;
 pub(crate) mod requests;
 pub(crate) mod restart;
 pub(crate) mod stepper;
+#[path = "../../swarm/src/log.rs"]
 pub(crate) mod swarm;
 #[cfg(feature = "serde")]
+#[path = "../../swarm/src/files.rs"]
 mod swarm_files;
+#[path = "../../swarm/src/laws.rs"]
 pub(crate) mod swarm_laws;
+#[path = "../../swarm/src/tick.rs"]
 pub(crate) mod swarms;
 pub(crate) mod systems;
 

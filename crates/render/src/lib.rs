@@ -32,9 +32,13 @@ mod renderer;
 mod shadow;
 mod surface;
 mod surfaces;
+#[path = "../../swarm/src/device.rs"]
 mod swarm;
+#[path = "../../swarm/src/painter.rs"]
 mod swarm_painter;
+#[path = "../../swarm/src/parameters.rs"]
 mod swarm_parameters;
+#[path = "../../swarm/src/picture.rs"]
 mod swarm_tick;
 mod target;
 mod translucent;

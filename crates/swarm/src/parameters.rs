@@ -11,7 +11,7 @@ const KEEPS_VELOCITY: u32 = 8;
 const VELOCITY_VERLET: u32 = 16;
 const BARREN: u32 = 32;
 
-/// Mirrors `Tick` in shaders/swarm.wgsl, where the fields are explained.
+/// Mirrors `Tick` in crates/swarm/shaders/tick.wgsl, where the fields are explained.
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 pub(crate) struct Parameters {
@@ -129,7 +129,7 @@ impl Parameters {
     }
 }
 
-/// Mirrors `Look` in shaders/swarm_draw.wgsl.
+/// Mirrors `Look` in crates/swarm/shaders/draw.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 pub(crate) struct LookParameters {

@@ -10,8 +10,8 @@ use crate::swarm_parameters::Parameters;
 use crate::swarm_tick::{Swarm, SwarmStepping, SwarmTick};
 use crate::{Gpu, RenderError};
 
-pub(crate) const SWARM: &str = include_str!("../../../shaders/swarm.wgsl");
-const STEP: &str = include_str!("../../../shaders/swarm_step.wgsl");
+pub(crate) const SWARM: &str = include_str!("../shaders/tick.wgsl");
+const STEP: &str = include_str!("../shaders/step.wgsl");
 
 /// State of a particle, bytes: two rows of three numbers, and the number of the particle.
 const PARTICLE_BYTES: u64 = 2 * ROW_BYTES;
@@ -34,7 +34,7 @@ const SHARE: usize = 8;
 /// Most dispatches that are submitted together.
 const DISPATCHES_PER_SUBMIT: usize = 64;
 
-/// Particles per workgroup, as in shaders/swarm_step.wgsl.
+/// Particles per workgroup, as in crates/swarm/shaders/step.wgsl.
 const WORKGROUP: u32 = 64;
 
 /// The swarms of a device: those of the last frame.

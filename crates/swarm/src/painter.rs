@@ -11,7 +11,7 @@ use crate::swarm::{SWARM, Swarms};
 use crate::swarm_parameters::{LookParameters, Parameters};
 use crate::swarm_tick::Swarm;
 
-const DRAW: &str = include_str!("../../../shaders/swarm_draw.wgsl");
+const DRAW: &str = include_str!("../shaders/draw.wgsl");
 
 const ROWS: [Option<VertexBufferLayout<'_>>; 2] = [
     Some(VertexBufferLayout {

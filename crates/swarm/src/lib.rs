@@ -1,0 +1,1 @@
+//! Particles of emitters on a graphics device.
