@@ -12,12 +12,12 @@ pub(crate) mod inks;
 pub(crate) mod labels;
 pub(crate) mod marks;
 pub(crate) mod navigation;
+pub mod on_device;
 mod passes;
 pub(crate) mod picking;
 pub(crate) mod picture;
 pub(crate) mod pull;
 pub(crate) mod springs;
-pub mod swarms;
 mod trails;
 
 use glam::DVec2;

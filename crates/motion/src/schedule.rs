@@ -15,7 +15,7 @@ pub(crate) mod swarm;
 mod swarm_files;
 #[path = "../../swarm/src/laws.rs"]
 pub(crate) mod swarm_laws;
-#[path = "../../swarm/src/tick.rs"]
+#[path = "../../swarm/src/swarm.rs"]
 pub(crate) mod swarms;
 pub(crate) mod systems;
 

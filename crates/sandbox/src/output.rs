@@ -4,6 +4,7 @@ pub(crate) mod black_box;
 pub(crate) mod bundle;
 pub(crate) mod command_files;
 pub(crate) mod files;
+pub(crate) mod on_device;
 pub(crate) mod orders;
 pub(crate) mod pictures;
 pub(crate) mod progress;
@@ -11,7 +12,6 @@ pub mod report;
 pub(crate) mod runs;
 pub(crate) mod scenes;
 pub(crate) mod states;
-pub(crate) mod swarms;
 
 use std::io::Write as _;
 use std::path::Path;

@@ -12,7 +12,7 @@ use crate::stage::Stage;
 use crate::stage::options::Words;
 use crate::stage::query;
 use crate::stage::things::{drawn, is_movable, points_of_soft_bodies};
-use crate::view::swarms::{EXPOSURE_S, FADES_IN};
+use crate::view::on_device::{EXPOSURE_S, FADES_IN};
 use crate::view::{View, art};
 
 /// The tutorial's color of the selection.

@@ -19,8 +19,8 @@ use crate::output::files::{
     how_to_continue, nothing_to_continue, read_record, refuse_foreign_files, say_how_to_continue,
     sealed, study_folder, write,
 };
+use crate::output::on_device::has_swarms;
 use crate::output::progress::Progress;
-use crate::output::swarms::has_swarms;
 
 pub(super) const EXAMPLES: &str = "\
 Examples:

@@ -13,7 +13,7 @@ use crate::output::show;
 use cockpit::app::session::Session;
 use cockpit::methods::cost;
 use cockpit::stage::options::{Options, check};
-use cockpit::view::swarms::stepping;
+use cockpit::view::on_device::stepping;
 
 pub(super) const EXAMPLES: &str = "\
 Example:

@@ -15,11 +15,11 @@ use crate::failure::Failure;
 use crate::output::black_box::{self, BlackBox};
 use crate::output::command_files::CommandFiles;
 use crate::output::files::{Output, OutputPath, is_standard_output, make_folder, output_file};
+use crate::output::on_device::{self, SwarmDevice, check, has_swarms, refuse_rows, slow_words};
 use crate::output::orders::{BUNDLE, GRAPH, Kind, Program, SCREENSHOT};
 use crate::output::pictures::{Camera, write_picture};
 use crate::output::report::Summary;
 use crate::output::states::States;
-use crate::output::swarms::{self, SwarmDevice, check, has_swarms, refuse_rows, slow_words};
 use crate::output::{show, tell, tell_all};
 use cockpit::app::session::Session;
 use cockpit::stage::options::Options;
@@ -144,7 +144,7 @@ impl<'a> Outputs<'a> {
         let mut summary = Summary::of(&mut session, start, pictures, adapter);
         let mut failed = 0;
         if has_swarms(&session.stage.sim().scene) {
-            let states = swarms::summary(&session.stage, camera.as_mut(), swarms.as_mut());
+            let states = on_device::summary(&session.stage, camera.as_mut(), swarms.as_mut());
             if let Err(failure) = &states {
                 tell(&format!("the summary has no swarms: {failure}"));
             }

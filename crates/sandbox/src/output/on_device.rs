@@ -9,7 +9,7 @@ use xxhash_rust::xxh3::Xxh3;
 use crate::failure::Failure;
 use crate::output::pictures::{Camera, headless};
 use cockpit::stage::Stage;
-use cockpit::view::swarms::all_swarms;
+use cockpit::view::on_device::all_swarms;
 
 /// The device of a run that draws no pictures.
 pub(crate) struct SwarmDevice {
