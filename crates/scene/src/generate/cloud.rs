@@ -29,16 +29,13 @@ pub(super) fn cloud(raw: &raw::Cloud, index: usize, faults: &mut Faults) -> Gene
     let count = count(raw.count, scope, "count", faults);
     let speed = faults.number(scope, "speed_m_s", raw.speed_m_s, 0.0, SPEED);
     let (body, own) = shared(&raw.shared(), scope, 1.0, 1.0, MASS, faults);
-    GeneratedEntry {
+    GeneratedEntry::new(
         scope,
         own,
-        count: count.into(),
-        swarm_particles: 0,
-        springs: 0,
-        triangles: 0,
-        numbering: Numbering::Line,
+        count.into(),
+        Numbering::Line,
         body,
-        make: Box::new(move |_, bodies, random| {
+        move |_, bodies, random| {
             for _ in 0..count {
                 let place = match radius {
                     Some(_) => in_ball(random),
@@ -48,6 +45,6 @@ pub(super) fn cloud(raw: &raw::Cloud, index: usize, faults: &mut Faults) -> Gene
                 let velocity = if speed > 0.0 { speed * direction(random) } else { DVec3::ZERO };
                 bodies.bodies.push(BodySpec { position, velocity, ..body });
             }
-        }),
-    }
+        },
+    )
 }

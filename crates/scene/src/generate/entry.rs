@@ -68,6 +68,29 @@ pub(super) struct GeneratedEntry {
 }
 
 impl GeneratedEntry {
+    /// An entry of `count` bodies without springs, triangles and particles on a device; `own` is of [`shared`].
+    pub fn new(
+        scope: Scope,
+        own: Own,
+        count: u64,
+        numbering: Numbering,
+        body: BodySpec,
+        make: impl Fn(String, &mut Bodies, &mut Pcg64) + 'static,
+    ) -> Self {
+        let make = Box::new(make);
+        Self {
+            scope,
+            own,
+            count,
+            swarm_particles: 0,
+            springs: 0,
+            triangles: 0,
+            numbering,
+            body,
+            make,
+        }
+    }
+
     pub fn census(&self, attracts: bool, in_air: bool) -> Census {
         let (is_pool, is_soft) =
             (self.scope.section == "emitters", self.scope.section == "soft_bodies");

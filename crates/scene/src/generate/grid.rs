@@ -45,16 +45,13 @@ pub(super) fn grid(raw: &raw::Grid, index: usize, faults: &mut Faults) -> Genera
     }
     let (body, own) = shared(&raw.shared(), scope, GRID_MASS, 1.0, MASS, faults);
     let body = BodySpec { checker: true, ..body };
-    GeneratedEntry {
+    GeneratedEntry::new(
         scope,
         own,
-        count: u64::from(rows) * u64::from(columns),
-        swarm_particles: 0,
-        springs: 0,
-        triangles: 0,
-        numbering: Numbering::Grid { rows },
+        u64::from(rows) * u64::from(columns),
+        Numbering::Grid { rows },
         body,
-        make: Box::new(move |_, bodies, random| {
+        move |_, bodies, random| {
             for x in 0..columns {
                 for z in 0..rows {
                     let shape = shape
@@ -67,6 +64,6 @@ pub(super) fn grid(raw: &raw::Grid, index: usize, faults: &mut Faults) -> Genera
                     });
                 }
             }
-        }),
-    }
+        },
+    )
 }

@@ -26,23 +26,13 @@ pub(super) fn ring(raw: &raw::Ring, index: usize, faults: &mut Faults) -> Genera
     let speed = faults.number(scope, "speed_m_s", raw.speed_m_s, 0.0, SPEED);
     // The mass is that of one body, 1 kg by default.
     let (body, own) = shared(&raw.shared(), scope, 1.0, 1.0, MASS, faults);
-    GeneratedEntry {
-        scope,
-        own,
-        count: count.into(),
-        swarm_particles: 0,
-        springs: 0,
-        triangles: 0,
-        numbering: Numbering::Line,
-        body,
-        make: Box::new(move |_, bodies, _| {
-            // `right`, `up` and `axis` are right-handed: counterclockwise, seen from where the axis points.
-            let (right, up) = axis.any_orthonormal_pair();
-            bodies.bodies.extend((0..count).map(|number| {
-                let (sin, cos) = libm::sincos(TAU * f64::from(number) / f64::from(count));
-                let position = center + radius * (cos * right + sin * up);
-                BodySpec { position, velocity: speed * (cos * up - sin * right), ..body }
-            }));
-        }),
-    }
+    GeneratedEntry::new(scope, own, count.into(), Numbering::Line, body, move |_, bodies, _| {
+        // `right`, `up` and `axis` are right-handed: counterclockwise, seen from where the axis points.
+        let (right, up) = axis.any_orthonormal_pair();
+        bodies.bodies.extend((0..count).map(|number| {
+            let (sin, cos) = libm::sincos(TAU * f64::from(number) / f64::from(count));
+            let position = center + radius * (cos * right + sin * up);
+            BodySpec { position, velocity: speed * (cos * up - sin * right), ..body }
+        }));
+    })
 }

@@ -46,18 +46,13 @@ pub(super) fn soft(
     };
     let velocity = faults.vector(scope, "velocity_m_s", keys.velocity_m_s, DVec3::ZERO);
     let form = form?;
-    Some(GeneratedEntry {
-        scope,
-        own,
-        count: form.count(),
-        swarm_particles: 0,
-        springs: form.springs(),
-        // At most two triangles per cell.
-        triangles: if form.sheet { 2 * form.count() } else { 0 },
-        numbering: form.numbering,
-        body,
-        make: Box::new(move |name, bodies, _| make(name, &form, elastic, body, velocity, bodies)),
-    })
+    let (count, springs, numbering, is_sheet) =
+        (form.count(), form.springs(), form.numbering, form.sheet);
+    let entry = GeneratedEntry::new(scope, own, count, numbering, body, move |name, bodies, _| {
+        make(name, &form, elastic, body, velocity, bodies);
+    });
+    // At most two triangles per cell.
+    Some(GeneratedEntry { springs, triangles: if is_sheet { 2 * count } else { 0 }, ..entry })
 }
 
 /// Stiffness of a link, N/m. Springs in series share the elongation: each of n is n times as stiff as all of them
