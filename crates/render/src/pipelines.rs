@@ -141,6 +141,51 @@ pub(crate) fn layout(
     })
 }
 
+/// A pipeline that draws a sprite per instance, as four vertices of a strip. `shader` follows shaders/globals.wgsl and
+/// shaders/sprite.wgsl, and `vertex` is its entry.
+pub(crate) fn sprites(
+    device: &Device,
+    groups: &[Option<&BindGroupLayout>],
+    to: &Destination,
+    shader: &[&str],
+    vertex: &str,
+    rows: &[Option<VertexBufferLayout<'_>>],
+) -> wgpu::RenderPipeline {
+    let drawing = Drawing {
+        label: vertex,
+        shader: &module(device, vertex, &[&[GLOBALS, SPRITE], shader].concat()),
+        vertex,
+        fragment: Some("fs_sprite"),
+        rows,
+        constants: &[to.srgb()],
+        topology: wgpu::PrimitiveTopology::TriangleStrip,
+        cull: None,
+        // A soft edge must not hide what is behind it.
+        writes_depth: false,
+        depth_compare: Some(CompareFunction::LessEqual),
+        depth_bias: wgpu::DepthBiasState::default(),
+        blend: Some(wgpu::BlendState::ALPHA_BLENDING),
+    };
+    drawing.pipeline(device, &layout(device, vertex, groups), to)
+}
+
+/// The entry of a uniform buffer in the layout of a bind group.
+pub(crate) const fn uniform(
+    binding: u32,
+    visibility: wgpu::ShaderStages,
+) -> wgpu::BindGroupLayoutEntry {
+    wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility,
+        ty: wgpu::BindingType::Buffer {
+            ty: wgpu::BufferBindingType::Uniform,
+            has_dynamic_offset: false,
+            min_binding_size: None,
+        },
+        count: None,
+    }
+}
+
 impl Pipelines {
     pub fn new(
         device: &Device,
@@ -153,7 +198,6 @@ impl Pipelines {
         let sky = module("sky", &[GLOBALS, SKY]);
         let ground = module("ground", &[GLOBALS, LIGHT, SKY, GROUND]);
         let particle = module("particle", &[GLOBALS, LIGHT, PARTICLE]);
-        let sprite = module("sprite", &[GLOBALS, SPRITE]);
         let line = module("line", &[GLOBALS, LINE]);
         let picture = layout(device, "picture", &[Some(globals), Some(shadow_map)]);
         // The map cannot be read while it is drawn into.
@@ -249,17 +293,14 @@ impl Pipelines {
                 ..overlay
             }
             .pipeline(device, &picture, to),
-            sprite: Drawing {
-                label: "sprite",
-                shader: &sprite,
-                vertex: "vs_sprite",
-                fragment: Some("fs_sprite"),
-                rows: &SPRITE_ROWS,
-                // A soft edge must not hide what is behind it.
-                writes_depth: false,
-                ..overlay
-            }
-            .pipeline(device, &picture, to),
+            sprite: sprites(
+                device,
+                &[Some(globals), Some(shadow_map)],
+                to,
+                &[],
+                "vs_sprite",
+                &SPRITE_ROWS,
+            ),
             line: Drawing {
                 label: "line",
                 shader: &line,

@@ -9,7 +9,7 @@ use crate::{
     buffers::{Bodies, InstanceBuffer},
     mesh::Mesh,
     panels::PanelPainter,
-    pipelines::{DEPTH_FORMAT, Destination, Pipelines},
+    pipelines::{DEPTH_FORMAT, Destination, Pipelines, uniform},
     shadow::{Caster, LightView, ShadowMap},
     surfaces::Surfaces,
     swarm_painter::SwarmPainter,
@@ -95,16 +95,7 @@ impl Renderer {
         });
         let globals_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some("globals"),
-            entries: &[wgpu::BindGroupLayoutEntry {
-                binding: 0,
-                visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
-                ty: wgpu::BindingType::Buffer {
-                    ty: wgpu::BufferBindingType::Uniform,
-                    has_dynamic_offset: false,
-                    min_binding_size: None,
-                },
-                count: None,
-            }],
+            entries: &[uniform(0, wgpu::ShaderStages::VERTEX_FRAGMENT)],
         });
         let globals_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("globals"),
