@@ -267,7 +267,7 @@ fn every_shipped_scene_keeps_what_it_expects_for_a_minute() {
         let springs = !resolved.springs.is_empty() || !resolved.soft_bodies.is_empty();
         let own = [resolved.method];
         // Particles on the device have a method of their own.
-        let swarms = resolved.emitters.iter().any(|emitter| emitter.swarm.is_some());
+        let swarms = resolved.emitters.iter().any(|emitter| emitter.on_device.is_some());
         let methods = if bounded || springs || swarms || resolved.mutual_gravity.is_some() {
             &own[..]
         } else {

@@ -104,7 +104,7 @@ fn a_world_has_the_columns_that_its_scene_calls_for_and_no_others() {
         let keeps =
             methods.contains(&Method::VelocityVerlet) || methods.contains(&Method::Yoshida4);
         // Column, whether it must be there, whether it may.
-        let emits = scene.emitters.iter().any(|emitter| emitter.swarm.is_none());
+        let emits = scene.emitters.iter().any(|emitter| emitter.on_device.is_none());
         let own_laws = !scene.own_laws.is_empty();
         let verlet = methods.contains(&Method::PositionVerlet);
         let expected = [
@@ -153,7 +153,7 @@ fn a_schedule_has_the_systems_that_its_scene_calls_for_and_no_others() {
         let coupled = declares(scene, Effect::Springs) || declares(scene, Effect::MutualGravity);
         assert_eq!(found.contains("integrate_groups"), coupled, "{name}: {found:?}");
         let on_device =
-            |on: bool| scene.emitters.iter().any(|emitter| emitter.swarm.is_some() == on);
+            |on: bool| scene.emitters.iter().any(|emitter| emitter.on_device.is_some() == on);
         assert_eq!(found.contains("emit_particles"), on_device(false), "{name}: {found:?}");
         assert_eq!(found.contains("advance_swarms"), on_device(true), "{name}: {found:?}");
         let rides = scene.own_laws.values().any(|laws| !laws.riding_wells.is_empty());

@@ -7,10 +7,11 @@ mod reference;
 mod refusals;
 mod side_by_side;
 
+use cockpit::view::on_device::swarms;
 use glam::{DVec3, Vec3};
-use motion::{Swarm, SwarmLog};
-use render::{Gpu, SwarmParticle, Swarms};
+use render::Gpu;
 use sandbox::Session;
+use swarm::{Swarm, SwarmLog, SwarmParticle, Swarms};
 
 use crate::rigs::Drive;
 
@@ -30,9 +31,9 @@ impl Device {
 
     /// What is in every slot of the only swarm of `session`.
     pub fn slots(&mut self, session: &mut Session) -> Vec<Option<SwarmParticle>> {
-        let frame = session.picture();
-        assert_eq!(frame.swarms.len(), 1);
-        self.swarms.follow(&self.gpu, &frame.swarms);
+        let swarms = swarms(&session.stage);
+        assert_eq!(swarms.len(), 1);
+        self.swarms.follow(&self.gpu, &swarms);
         self.swarms.read(&self.gpu, 0).unwrap()
     }
 

@@ -97,6 +97,7 @@ const NEVER: &[Never] = &[
         folders: &[
             "crates/motion/src",
             "crates/pick/src",
+            "crates/swarm/src",
             "crates/scene/src",
             "crates/history/src",
             "crates/render/src",
@@ -108,6 +109,12 @@ const NEVER: &[Never] = &[
         words: &["winit", "Instant::now", "SystemTime"],
     },
     Never { folders: &["crates/render/src"], except: &[], words: &["bevy_ecs", "motion::"] },
+    // Scenes and their worlds need the logs of particles on a graphics device, and no device.
+    Never {
+        folders: &["crates/swarm/src"],
+        except: &["crates/swarm/src/device.rs", "crates/swarm/src/painter.rs"],
+        words: &["wgpu", "render::"],
+    },
     // Scene and history parse files.
     Never {
         folders: &[
@@ -323,9 +330,10 @@ fn no_two_files_and_no_two_folders_need_each_other() {
     assert_eq!(found("use super::{a::{self, X}, d::e as f};"), ["a", "d::e"]);
     assert_eq!(found("// crate::a::X\n#[cfg(test)]\nuse crate::a::X;"), [""; 0]);
     let all = sources();
-    for name in
-        ["motion", "pick", "scene", "history", "render", "lab", "report", "cockpit", "sandbox"]
-    {
+    for name in [
+        "motion", "pick", "swarm", "scene", "history", "render", "lab", "report", "cockpit",
+        "sandbox",
+    ] {
         let folder = root().join(format!("crates/{name}/src"));
         let texts: BTreeMap<_, _> = all
             .iter()
@@ -334,7 +342,7 @@ fn no_two_files_and_no_two_folders_need_each_other() {
                 !["lib", "main"].contains(&&**module) && !module.ends_with("::tests")
             })
             .collect();
-        assert!(texts.len() > 10, "{name} has no files");
+        assert!(texts.len() > 5, "{name} has no files");
         let uses: BTreeMap<_, _> = texts
             .iter()
             .map(|(module, text)| (module.clone(), used(module, text, &texts)))
@@ -408,7 +416,7 @@ fn the_lists_of_names_that_files_hold_have_every_name_in_use() {
 
 #[test]
 fn crates_whose_bits_matter_forbid_the_same_functions() {
-    let lists: Vec<_> = ["motion", "scene", "history"]
+    let lists: Vec<_> = ["motion", "swarm", "scene", "history"]
         .map(|name| fs::read_to_string(root().join(format!("crates/{name}/clippy.toml"))).unwrap())
         .iter()
         .map(|text| {

@@ -1,7 +1,7 @@
 //! Swarms against closed forms.
 
 use glam::{DVec3, Vec3};
-use motion::Swarm;
+use swarm::Swarm;
 
 use super::{Device, scene_text};
 use crate::rigs::{Drive, H};

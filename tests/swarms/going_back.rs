@@ -1,9 +1,10 @@
 //! Swarms after going back, after a reset, on another device, and from a bundle.
 
-use render::SwarmParticle;
+use cockpit::view::on_device::swarms;
 use sandbox::Options;
 use sandbox::input::Input;
 use scene::ChangeAction;
+use swarm::SwarmParticle;
 
 use super::{Device, scene_text, ticks};
 use crate::rigs::{Drive, Studio, scene_of};
@@ -102,7 +103,7 @@ fn a_reset_begins_again_with_the_same_bits() {
     ticks(&mut drive, 60);
     bits(&mut device, &mut drive);
     drive.press("F1");
-    assert_eq!(drive.session.picture().swarms[0].ticks, []);
+    assert_eq!(swarms(&drive.session.stage)[0].ticks, []);
     ticks(&mut drive, 40);
     same(&bits(&mut device, &mut drive), &then, "after a reset");
 }
@@ -133,7 +134,7 @@ fn a_state_is_kept_as_its_words() {
     let mut drive = storm();
     ticks(&mut drive, 90);
     let sim = drive.session.stage.world_mut();
-    let log = sim.query::<&motion::SwarmLog>().single(sim).unwrap();
+    let log = sim.query::<&swarm::SwarmLog>().single(sim).unwrap();
     // No longer than the life of a particle, in ticks.
     assert_eq!(log.ticks.len(), 72);
     assert_eq!(log.ticks.back().unwrap().key, log.key);

@@ -5,8 +5,10 @@
 //! last place (ulp) for a division, 2 for an inverse square root and those of `1 / inverseSqrt` for a root. [`U`] is half a ulp of
 //! a number of size 1: the error of one rounding. Of two evaluations of an expression, each rounding of either counts.
 
+use cockpit::view::on_device::swarms;
 use glam::Vec3;
-use render::{SwarmLaws, SwarmParticle, SwarmStepping, SwarmTick};
+use motion::Method;
+use swarm::{SwarmLaws, SwarmParticle, SwarmTick};
 
 use super::{Device, scene_text, ticks};
 use crate::rigs::Drive;
@@ -67,14 +69,13 @@ fn the_sine_of_the_shader_is_one() {
 
 /// The acceleration at a state.
 fn acceleration(tick: &SwarmTick, x: Vec3, v: Vec3, time: f32) -> Near {
-    let SwarmLaws { constant, rate, drag, air: [mean, across, up], wave, turns, wells, .. } =
-        &tick.laws;
+    let SwarmLaws { constant, rate, drag, wind: [mean, across, up, wave], wells, .. } = &*tick.laws;
     let [mean, across, up, wave, constant] =
         [*mean, *across, *up, *wave, *constant].map(Vec3::from);
     let mut value = constant - v * *rate;
     let mut error = 4.0 * U * (constant.length() + v.length() * rate);
     let (mut by_x, mut by_v) = (0.0, [*rate; 2]);
-    if let Some([linear, quadratic]) = drag {
+    if let Some([linear, quadratic, turns]) = *drag {
         let phase = (tick.phase + turns * time) - x.dot(wave);
         let in_phase =
             6.0 * U * (tick.phase.abs() + (turns * time).abs() + x.length() * wave.length());
@@ -117,7 +118,7 @@ struct Reference {
 
 /// The particles after `tick`, each from what `before` has in its slot; `last` is the tick before.
 fn step(
-    stepping: SwarmStepping,
+    method: Method,
     launches: &[[f32; 3]],
     [last, tick]: [Option<&SwarmTick>; 2],
     before: &[Option<Reference>],
@@ -161,8 +162,8 @@ fn step(
                             .then(|| birth(last, after).min(last.step))
                     });
                     let prior = standard - born.unwrap_or(0.0);
-                    let (v, of) = match stepping {
-                        SwarmStepping::PositionVerlet => {
+                    let (v, of) = match method {
+                        Method::PositionVerlet => {
                             let v = (x - other) * (1.0 / standard);
                             // How far the difference of the rows is off was kept as their velocity.
                             (v, [errors[0], errors[1] + (2.0 * DIVISION + 4.0) * U * v.length()])
@@ -175,8 +176,8 @@ fn step(
             let time = tick.step - h;
             let a = acceleration(tick, x, v, time);
             let h_off = (DIVISION + 4.0) * U * h;
-            let (next_x, next_v, errors, other) = match stepping {
-                SwarmStepping::SemiImplicitEuler => {
+            let (next_x, next_v, errors, other) = match method {
+                Method::SemiImplicitEuler => {
                     let next_v = v + a.value * h;
                     let v_off = a.kicked(of, h)
                         + a.value.length() * (h_off + 4.0 * U * h)
@@ -192,7 +193,7 @@ fn step(
                         next_v,
                     )
                 }
-                SwarmStepping::VelocityVerlet => {
+                Method::VelocityVerlet => {
                     let next_x = x + (v + a.value * (0.5 * h)) * h;
                     let middle = (v + a.value * (0.5 * h)).length();
                     let x_off = of[0]
@@ -210,7 +211,7 @@ fn step(
                         + 2.0 * U * next_v.length();
                     (next_x, next_v, [x_off, v_off], next_v)
                 }
-                SwarmStepping::PositionVerlet => {
+                Method::PositionVerlet => {
                     let kick = 0.5 * (h + prior);
                     let next_v = v + a.value * kick;
                     let v_off = a.kicked(of, kick)
@@ -224,6 +225,7 @@ fn step(
                     // The next step takes its velocity from the two rows, with what they lose of it.
                     (next_x, next_v, [x_off, v_off + rounded / tick.step], other)
                 }
+                _ => unreachable!("no method of swarms"),
             };
             let _ = next_v;
             let particle =
@@ -278,21 +280,23 @@ fn each_step_is_within_what_wgsl_allows() {
         let mut shares = Vec::new();
         for _ in 0..150 {
             ticks(&mut drive, 1);
-            let swarm = drive.session.picture().swarms.remove(0);
+            let swarm = swarms(&drive.session.stage).remove(0);
             let [last, tick] = [swarm.ticks.len().checked_sub(2), swarm.ticks.len().checked_sub(1)]
                 .map(|place| place.map(|place| &swarm.ticks[place]));
             let exact = |particle: &Option<SwarmParticle>| {
                 particle.map(|particle| Reference { particle, errors: [0.0; 2] })
             };
             let before_it: Vec<_> = before.iter().map(exact).collect();
-            let reference = step(swarm.stepping, &swarm.launches, [last, tick], &before_it);
+            let reference =
+                step(swarm.swarm.method, &swarm.swarm.launches, [last, tick], &before_it);
             // A step is short: what it may be off by is some digits of the position.
             assert!(reference.iter().flatten().all(|row| row.errors[0] < 4e-5));
             before = device.slots(&mut drive.session);
             // The allowance tells a twentieth of a g from none.
-            let laws = SwarmLaws { constant: [0.0, -3.5, 0.0], ..tick.unwrap().laws.clone() };
-            let heavier = SwarmTick { laws, ..tick.unwrap().clone() };
-            let heavier = step(swarm.stepping, &swarm.launches, [last, Some(&heavier)], &before_it);
+            let laws = SwarmLaws { constant: [0.0, -3.5, 0.0], ..(*tick.unwrap().laws).clone() };
+            let heavier = SwarmTick { laws: laws.into(), ..tick.unwrap().clone() };
+            let heavier =
+                step(swarm.swarm.method, &swarm.swarm.launches, [last, Some(&heavier)], &before_it);
             assert!(heavier.iter().zip(&before).any(|(heavier, device)| {
                 let (Some(Reference { particle, errors }), Some(device)) = (heavier, device) else {
                     return false;
@@ -326,10 +330,10 @@ fn a_thousand_steps_are_within_what_follows() {
                     scene::ChangeAction::SwitchEffect(motion::effects::Effect::Emitters, false);
                 drive.give([sandbox::input::Input::Change(off)]);
             }
-            let swarm = drive.session.picture().swarms.remove(0);
+            let swarm = swarms(&drive.session.stage).remove(0);
             let [last, now] = [swarm.ticks.len().checked_sub(2), swarm.ticks.len().checked_sub(1)]
                 .map(|place| place.map(|place| &swarm.ticks[place]));
-            reference = step(swarm.stepping, &swarm.launches, [last, now], &reference);
+            reference = step(swarm.swarm.method, &swarm.swarm.launches, [last, now], &reference);
             if tick % 100 == 99 {
                 let slots = device.slots(&mut drive.session);
                 assert!(compare(&slots, &reference, now.unwrap().dead) <= 1.0);

@@ -1,11 +1,13 @@
 //! What a swarm cannot have or do.
 
+use cockpit::view::on_device::swarms;
 use glam::DMat3;
 use motion::units::Vector;
 use motion::{BodyState, EvaluationTime, Jacobians, Law, Laws};
 use render::RenderError;
 use sandbox::input::Input;
 use scene::ChangeAction;
+use swarm::{Swarm, SwarmError, SwarmLaws, Swarms};
 
 use super::{Device, scene_text};
 use crate::rigs::{Drive, scene_of, summarized};
@@ -15,9 +17,9 @@ const EMITTER: &str = "on: gpu, rate_per_s: 9, life_s: 1, speed_m_s: 1";
 #[test]
 fn an_adapter_says_how_many_particles_it_can_have() {
     let device = Device::new();
-    device.gpu.check_swarm(scene::SWARM_LIMIT).unwrap();
-    let error = device.gpu.check_swarm(1 << 40).unwrap_err();
-    assert!(matches!(error, RenderError::Swarm { .. }));
+    Swarms::check(&device.gpu, Swarm::MOST).unwrap();
+    let error = Swarms::check(&device.gpu, 1 << 40).unwrap_err();
+    assert!(matches!(error, SwarmError::TooLarge { .. }));
     let words = error.to_string();
     assert!(words.contains("1099511627776 particles") && words.ends_with("or on: cpu"), "{words}");
 }
@@ -76,8 +78,7 @@ fn a_lost_device_is_an_error_and_no_panic() {
     assert!(matches!(error, RenderError::Lost { .. }));
     assert!(error.to_string().contains("was lost"), "{error}");
     drive.run(30, 1.0 / 60.0);
-    let frame = drive.session.picture();
-    device.swarms.follow(&device.gpu, &frame.swarms);
+    device.swarms.follow(&device.gpu, &swarms(&drive.session.stage));
     assert!(device.swarms.read(&device.gpu, 0).is_err());
 }
 
@@ -113,12 +114,12 @@ fn rows_of_states_are_refused() {
 
 #[test]
 fn limits_of_scenes_are_those_of_the_device() {
-    let many = "(strength_m3_s2: 1),".repeat(render::SwarmLaws::WELLS);
+    let many = "(strength_m3_s2: 1),".repeat(SwarmLaws::WELLS);
     scene_of(&scene_text(&format!("wells: [{many}],"), EMITTER));
     let text = scene_text(&format!("wells: [{many} (strength_m3_s2: 1)],"), EMITTER);
     let error = scene::Scene::parse("t", &text).unwrap_err().to_string();
     assert!(error.contains("65 wells are too many for particles on a graphics device"), "{error}");
     let memory = |keeps| scene_of(&scene_text("", EMITTER)).estimated_bytes(keeps);
     let kept = memory(scene::Keeps { black_box: true, ..scene::Keeps::default() });
-    assert!(kept - memory(scene::Keeps::default()) >= render::Swarms::KEPT_BYTES);
+    assert!(kept - memory(scene::Keeps::default()) >= Swarm::KEPT_BYTES);
 }

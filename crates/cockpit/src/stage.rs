@@ -30,7 +30,7 @@ use motion::clock::StepClock;
 use motion::effects::Effect;
 use motion::{
     Dormant, Emission, Emitter, Evaluations, Orientation, PhysicsBody, PreviousPosition, Push,
-    PushQueue, Quarantined, SoftBody, Spring, Swarm, SwarmLog, Threads, TimeStep, Transform,
+    PushQueue, Quarantined, SoftBody, Spring, Threads, TimeStep, Transform,
 };
 use pick::Shape;
 use scene::{Appearance, FileIndex, PointRadius, Scene, SoftBodyName};
@@ -131,8 +131,6 @@ pub(crate) fn register_drawn(world: &mut World) {
     world.register_component::<Spring>();
     world.register_component::<Emitter>();
     world.register_component::<Emission>();
-    world.register_component::<Swarm>();
-    world.register_component::<SwarmLog>();
 }
 
 /// Where a world came from.

@@ -15,6 +15,7 @@ use motion::{Evaluations, Method, PhysicsBody, QuarantineRecord, StableId, Trans
 use scene::lists::list_bytes;
 use scene::{EmitterSpec, FileIndex, Part, Scene};
 use serde::{Deserialize, Serialize};
+use swarm::SwarmLog as Log;
 
 use crate::simulation::{Simulation, hash_of_states};
 
@@ -29,14 +30,21 @@ pub use restore::BadSnapshot;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Snapshot {
-    pub(crate) state: snapshot::Snapshot<u32, IdRanges>,
+    pub(crate) state: snapshot::Snapshot<u32, IdRanges, Log>,
 }
 
 impl Simulation {
+    /// Keys of the logs of emitters whose particles are on a graphics device: equal keys mean the same particles.
+    #[must_use]
+    pub fn particle_keys(&self) -> Vec<u64> {
+        let mut logs = self.world.try_query::<&Log>();
+        logs.iter_mut().flat_map(|logs| logs.iter(&self.world)).map(|log| log.key).collect()
+    }
+
     /// Takes a snapshot of the simulation. Call it between two ticks.
     #[must_use]
     pub fn snapshot(&self) -> Snapshot {
-        let state = snapshot::take(&self.world, &self.stepper);
+        let state = snapshot::take_with(&self.world, &self.stepper);
         let mut ids = self.world.try_query::<&StableId>();
         let mut things: Vec<_> =
             ids.iter_mut().flat_map(|ids| ids.iter(&self.world)).map(|id| id.0).collect();
@@ -99,7 +107,7 @@ impl Snapshot {
             last_steps,
             records,
             emissions,
-            swarms,
+            logs,
             forces,
             pushes,
             sustained,
@@ -120,8 +128,8 @@ impl Snapshot {
             + list_bytes(records)
             + list_bytes(emissions)
             + slots.sum::<usize>()
-            + list_bytes(swarms)
-            + swarms.iter().map(|(_, swarm)| swarm.bytes()).sum::<usize>()
+            + list_bytes(logs)
+            + logs.iter().map(|(_, log)| log.bytes()).sum::<usize>()
             + [forces, pushes, sustained].map(list_bytes).iter().sum::<usize>()
             + list_bytes(requests)
     }

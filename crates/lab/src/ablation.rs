@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use history::Simulation;
-use motion::SwarmLog;
 use motion::effects::{Effect, EffectState};
 use scene::Scene;
 
@@ -19,7 +18,7 @@ pub struct Absence {
     pub max_distance: f64,
     /// Root of the mean square of the distances, m.
     pub rms_distance: f64,
-    /// Whether every position and velocity is the same to the last bit, and every tick of a swarm.
+    /// Whether every position and velocity is the same to the last bit, and every particle on a graphics device.
     pub identical: bool,
     /// Evaluations that a step saves without it.
     pub evaluations_saved: f64,
@@ -51,7 +50,7 @@ pub fn ablate(scene: &Scene, ticks: u64) -> Ablation {
         simulation.evaluations().laws().iter().map(|(_, count)| count).sum()
     };
     let (states, spent) = (full.states().collect::<Vec<_>>(), evaluations(&full));
-    let swarms = swarm_keys(&full);
+    let particles = full.particle_keys();
     let variants: Vec<_> =
         [Vec::new()].into_iter().chain(effects.iter().map(|effect| vec![*effect])).collect();
     let times = step_times(&scene, &variants, ticks);
@@ -71,7 +70,7 @@ pub fn ablate(scene: &Scene, ticks: u64) -> Ablation {
                 effect: *effect,
                 max_distance: errors.position_m,
                 rms_distance: errors.position_rms_m,
-                identical: bits(&states) == bits(&ends) && swarm_keys(&without) == swarms,
+                identical: bits(&states) == bits(&ends) && without.particle_keys() == particles,
                 evaluations_saved: saved / ticks as f64,
                 ns_saved: ns - time,
                 picture_differs: None,
@@ -79,12 +78,6 @@ pub fn ablate(scene: &Scene, ticks: u64) -> Ablation {
         })
         .collect();
     Ablation { scene: scene.name.clone(), method: scene.method, ticks, ns, rows }
-}
-
-/// Keys of the ticks of all swarms: equal keys mean the same particles.
-fn swarm_keys(simulation: &Simulation) -> Vec<u64> {
-    let mut logs = simulation.world.try_query::<&SwarmLog>();
-    logs.iter_mut().flat_map(|logs| logs.iter(&simulation.world)).map(|log| log.key).collect()
 }
 
 /// Stable ids and all bits of states.

@@ -37,11 +37,10 @@ pub use riding_well::{RidingWell, RidingWells};
 #[cfg(feature = "serde")]
 pub(crate) use shared::law_name;
 pub(crate) use shared::{Changes, LawName, SharedLaws, SharedLawsParam, WorldLaw};
-pub use shared::{LAWS, WorldLaws};
+pub use shared::{LAWS, WorldLaws, device_forms};
 pub use thrust::{Curve, Thrust};
 pub use wells::{Well, Wells};
-pub(crate) use wind::Air;
-pub use wind::Wind;
+pub use wind::{Air, Wind};
 
 use crate::simd::vectorize;
 
@@ -132,7 +131,7 @@ impl Affine {
     }
 }
 
-/// The formula of a law among those of `crates/swarm/shaders/step.wgsl`, for particles that a graphics device integrates.
+/// The formula of a law among those that a graphics device evaluates for its particles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DeviceForm<'a> {
     /// `a = constant - rate v`.
@@ -189,8 +188,7 @@ pub trait Law: Debug + Send + Sync + 'static {
         None
     }
 
-    /// The formula by which a graphics device evaluates the law for the particles of a [`Swarm`](crate::Swarm); `None` if it has
-    /// none. An affine law has one.
+    /// The formula by which a graphics device evaluates the law for its particles; `None` if it has none. An affine law has one.
     fn device_form(&self) -> Option<DeviceForm<'_>> {
         self.affine().map(DeviceForm::Affine)
     }

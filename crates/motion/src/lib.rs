@@ -76,20 +76,20 @@ pub use observe::forces_on::{
 pub use observe::law_texts::LawTexts;
 pub use observe::oscillator::BodyOscillator;
 pub use observe::totals::{KineticEnergy, Totals, totals};
+pub use schedule::backend::ParticleBackend;
+pub use schedule::emission::{DueParticles, due_particles};
 pub use schedule::plan::{OutsideMethod, Passes, StepPlan};
 #[cfg(feature = "bevy")]
 pub use schedule::plugin::InertiaPlugin;
 pub use schedule::requests::{Request, Requests};
 pub use schedule::stepper::Stepper;
-pub use schedule::swarm::{Swarm, SwarmLog, SwarmTick};
-pub use schedule::swarm_laws::{SwarmDrag, SwarmLaws};
 pub use schedule::systems::StepSystems;
 pub use state::clock::TimeStep;
 pub use state::components::{
     AxisLocks, Force, GravityOff, Orientation, PhysicsBody, Quarantined, SpeedLimit, StableId,
     Transform,
 };
-pub use state::emitter::{Dormant, Emission, Emitter, Particle, RidesOn};
+pub use state::emitter::{Dormant, Emission, Emitter, Particle, RidesOn, emitters_changed};
 pub use state::forces::{Forces, Push, PushQueue};
 pub use state::previous_position::{PreviousPosition, remember_positions};
 pub use state::range::Range;
@@ -138,7 +138,6 @@ pub mod ledger {
 /// The systems of a tick one by one, for tests and for schedules that [`Stepper`] does not make.
 pub mod systems {
     pub use crate::schedule::emission::emit_particles;
-    pub use crate::schedule::swarms::advance_swarms;
     pub use crate::schedule::systems::{
         apply_forces, clear_forces, insert_step_resources, step_schedule, step_systems,
     };

@@ -59,7 +59,6 @@ use crate::schedule::effects::{self, Effect, EffectState};
 use crate::schedule::emission::orphans;
 use crate::schedule::requests::{Request, Requests};
 use crate::schedule::stepper::Stepper;
-use crate::schedule::swarm::SwarmLog;
 use crate::state::archetypes::collect;
 use crate::state::clock::{ClockState, StepClock, TimeStep};
 use crate::state::components::{PhysicsBody, Quarantined, Transform};
@@ -75,21 +74,25 @@ pub use crate::state::emitter::EmissionState;
 pub use crate::state::method_state::{LastAcceleration, LastStep};
 pub use crate::state::switched_off::{Off, OffResource, SpringsOff};
 
-/// The state of a world between two ticks. `B` names bodies and emitters, `Bodies` is a list of bodies.
+/// The state of a world between two ticks. `B` names bodies and emitters, `Bodies` is a list of bodies, and `Log` is a
+/// component of another crate that is saved, too: see [`take_with`].
 ///
 /// To restore it into another world, give it the entities of the other world by [`MapEntities::map_entities`], for example
 /// with an `EntityHashMap<Entity>`. Files need names that are the same in every world: see [`Snapshot::rename`]. The feature
 /// `serde` writes and reads a snapshot with such names; `lists::within` limits the memory that its lists take.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(default))]
-#[cfg_attr(feature = "serde", serde(bound(serialize = "B: Clone + Serialize, Bodies: Serialize")))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(serialize = "B: Clone + Serialize, Bodies: Serialize, Log: Serialize"))
+)]
 #[cfg_attr(
     feature = "serde",
     serde(bound(
-        deserialize = "B: Default + Deserialize<'de>, Bodies: Default + Deserialize<'de>"
+        deserialize = "B: Default + Deserialize<'de>, Bodies: Default + Deserialize<'de>, Log: Default + Deserialize<'de>"
     ))
 )]
-pub struct Snapshot<B = Entity, Bodies = Vec<B>> {
+pub struct Snapshot<B = Entity, Bodies = Vec<B>, Log = NoLog> {
     /// The clock of ticks.
     pub clock: ClockState,
     /// Length of a tick.
@@ -139,12 +142,12 @@ pub struct Snapshot<B = Entity, Bodies = Vec<B>> {
     /// What each emitter has emitted.
     #[cfg_attr(feature = "serde", serde(deserialize_with = "list"))]
     pub emissions: Vec<(B, EmissionState)>,
-    /// The ticks of each swarm.
+    /// What a [`ParticleBackend`](crate::ParticleBackend) logs of each of its emitters.
     #[cfg_attr(
         feature = "serde",
-        serde(deserialize_with = "list", skip_serializing_if = "Vec::is_empty")
+        serde(rename = "swarms", deserialize_with = "list", skip_serializing_if = "Vec::is_empty")
     )]
-    pub swarms: Vec<(B, SwarmLog)>,
+    pub logs: Vec<(B, Log)>,
     /// Forces that were added for the next tick.
     #[cfg_attr(
         feature = "serde",
@@ -161,6 +164,11 @@ pub struct Snapshot<B = Entity, Bodies = Vec<B>> {
     #[cfg_attr(feature = "serde", serde(deserialize_with = "list"))]
     pub requests: Vec<Request<B>>,
 }
+
+/// The log of worlds whose particles are all bodies.
+#[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+pub struct NoLog;
 
 /// Gravity and damping of a world, and which effects are off.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -236,6 +244,18 @@ type IsBody = (With<Transform>, With<PhysicsBody>);
 /// If no stepper was made for `world`.
 #[must_use]
 pub fn take(world: &World, stepper: &Stepper) -> Snapshot {
+    take_with(world, stepper)
+}
+
+/// [`take`], with the `Log` that a [`ParticleBackend`](crate::ParticleBackend) keeps of emitters.
+///
+/// # Panics
+/// As [`take`].
+#[must_use]
+pub fn take_with<Log: Component + Clone>(
+    world: &World,
+    stepper: &Stepper,
+) -> Snapshot<Entity, Vec<Entity>, Log> {
     let mut tables = world
         .try_query::<(Entity, &Transform, &PhysicsBody)>()
         .filter(|_| world.contains_resource::<StepClock>())
@@ -274,7 +294,7 @@ pub fn take(world: &World, stepper: &Stepper) -> Snapshot {
         last_steps: all(world),
         records: world.resource::<Quarantine>().records().to_vec(),
         emissions,
-        swarms: all(world),
+        logs: all(world),
         forces: PushedBodies::forces(world),
         pushes: world.resource::<PushQueue>().edges().to_vec(),
         sustained: world.resource::<PushQueue>().sustained().to_vec(),
@@ -290,10 +310,10 @@ pub fn take(world: &World, stepper: &Stepper) -> Snapshot {
 ///
 /// # Panics
 /// If no stepper was made for `world`.
-pub fn restore(
+pub fn restore<Log: Component<Mutability = Mutable> + Clone + PartialEq>(
     world: &mut World,
     stepper: &mut Stepper,
-    snapshot: &Snapshot,
+    snapshot: &Snapshot<Entity, Vec<Entity>, Log>,
 ) -> Result<(), RestoreError> {
     snapshot.check_bodies(world)?;
     let clock = snapshot.check_fields(world)?;
@@ -317,7 +337,7 @@ pub fn restore(
         last_steps,
         records,
         emissions,
-        swarms,
+        logs,
         forces,
         pushes,
         sustained,
@@ -344,7 +364,7 @@ pub fn restore(
             *emission = Emission::from_state(state.clone());
         }
     }
-    give(world, swarms);
+    give(world, logs);
     // The births of a tick in which a law panicked.
     if let Some(mut emissions) = world.get_resource_mut::<Emissions>() {
         emissions.births.clear();
@@ -402,7 +422,7 @@ impl Effects {
     }
 }
 
-impl MapEntities for Snapshot {
+impl<Log: Clone> MapEntities for Snapshot<Entity, Vec<Entity>, Log> {
     fn map_entities<M: EntityMapper>(&mut self, mapper: &mut M) {
         let mapper = RefCell::new(mapper);
         let mapped = |entity| mapper.borrow_mut().get_mapped(entity);
@@ -412,7 +432,7 @@ impl MapEntities for Snapshot {
     }
 }
 
-impl<B, Bodies> Snapshot<B, Bodies> {
+impl<B, Bodies, Log> Snapshot<B, Bodies, Log> {
     /// The same state with other names: the functions return a list of bodies, a body, an emitter and a record with the new
     /// names. Entries for which they return `None` are left out.
     pub fn rename<Other, OtherBodies>(
@@ -421,7 +441,7 @@ impl<B, Bodies> Snapshot<B, Bodies> {
         body: impl Fn(B) -> Option<Other>,
         emitter: impl Fn(B) -> Option<Other>,
         record: impl Fn(QuarantineRecord<B>) -> Option<QuarantineRecord<Other>>,
-    ) -> Snapshot<Other, OtherBodies> {
+    ) -> Snapshot<Other, OtherBodies, Log> {
         fn keys<B, Other, T>(
             all: Vec<(B, T)>,
             name: impl Fn(B) -> Option<Other>,
@@ -450,7 +470,7 @@ impl<B, Bodies> Snapshot<B, Bodies> {
             last_steps,
             records,
             emissions,
-            swarms,
+            logs,
             forces,
             pushes,
             sustained,
@@ -475,7 +495,7 @@ impl<B, Bodies> Snapshot<B, Bodies> {
             last_steps: keys(last_steps, &body),
             records: records.into_iter().filter_map(record).collect(),
             emissions: keys(emissions, &emitter),
-            swarms: keys(swarms, &emitter),
+            logs: keys(logs, &emitter),
             forces: pushes_of(forces),
             pushes: pushes_of(pushes),
             sustained: pushes_of(sustained),
@@ -484,7 +504,7 @@ impl<B, Bodies> Snapshot<B, Bodies> {
     }
 }
 
-impl Snapshot {
+impl<Log> Snapshot<Entity, Vec<Entity>, Log> {
     /// Checks the numbers, the lengths of the lists and that `world` has the entities of the lists. Returns the clock.
     fn check_fields(&self, world: &World) -> Result<StepClock, RestoreError> {
         let Self { step: TimeStep(step), substeps, effects, bodies, transforms, states, .. } = self;
@@ -525,7 +545,7 @@ impl Snapshot {
         each("own_methods", fault_of(world, entities(&self.own_methods)))?;
         each("own_substeps", fault_of(world, entities(&self.own_substeps)))?;
         each("quarantined", fault_of(world, self.quarantined.iter().copied()))?;
-        each("swarms", fault_of(world, entities(&self.swarms)))?;
+        each("logs", fault_of(world, entities(&self.logs)))?;
         each("dormant", fault_of(world, self.dormant.iter().copied()))?;
         Ok(clock)
     }

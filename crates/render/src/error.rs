@@ -30,7 +30,7 @@ pub enum RenderError {
         /// The message of wgpu.
         detail: String,
     },
-    /// The device was lost while it was in use, or had no memory for a swarm.
+    /// The device was lost while it was in use, or was given up.
     #[error(
         "the graphics adapter {adapter} was lost: {detail}; start again, with another adapter in WGPU_ADAPTER_NAME, or with less to draw"
     )]
@@ -61,27 +61,6 @@ pub enum RenderError {
         max: u32,
         /// The most pixels that can be read back.
         max_area: u64,
-    },
-    /// The adapter runs no compute shaders.
-    #[error(
-        "the graphics adapter {adapter} runs no compute shaders, which emitters with on: gpu need; give them on: cpu"
-    )]
-    NoCompute {
-        /// The adapter, in one line.
-        adapter: String,
-    },
-    /// A swarm has more particles than the adapter can have in one buffer.
-    #[error(
-        "{slots} particles are more than the graphics adapter {adapter} can have in one swarm; give an emitter at most {most}, \
-         or on: cpu"
-    )]
-    Swarm {
-        /// The adapter, in one line.
-        adapter: String,
-        /// Requested number of particles.
-        slots: u64,
-        /// The most particles that it can have.
-        most: u64,
     },
     /// The pixels could not be copied back from the adapter.
     #[error("nothing could be read back from the graphics adapter: {detail}")]

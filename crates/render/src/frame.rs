@@ -1,10 +1,11 @@
 //! The plain data of one picture, every position relative to the camera.
 
+use std::sync::Arc;
+
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, Quat, Vec3};
 
-use crate::swarm_tick::Swarm;
-use crate::{Line, Surface};
+use crate::{Layer, Line, Surface};
 
 /// Bit of [`Instance::surface`]: the 4 by 4 checkerboard of the tutorial, once on each cube face or around a sphere.
 pub const CHECKER: u32 = 1;
@@ -45,9 +46,8 @@ pub struct Frame {
     /// Spots for things too small and fast to have a shape, such as drops and sparks. Drawn in this order over bodies
     /// and particles.
     pub sprites: Vec<Sprite>,
-    /// Particles that live on the device, drawn as sprites. An adapter that cannot have them draws none: see
-    /// [`Gpu::check_swarm`](crate::Gpu::check_swarm).
-    pub swarms: Vec<Swarm>,
+    /// What another crate draws over the sprites.
+    pub layer: Option<Arc<dyn Layer>>,
     /// Bodies that others are seen through.
     pub translucent: Translucent,
     /// Lines and arrows, hidden by bodies in front of them; see [`Line::arrow`].

@@ -111,8 +111,8 @@ impl Gpu {
     /// Whether the device still works.
     ///
     /// # Errors
-    /// If it was lost, for example because its driver was restarted or the adapter was unplugged, or if it had too
-    /// little memory for a swarm.
+    /// If it was lost, for example because its driver was restarted or the adapter was unplugged, or if it was
+    /// [given up](Self::give_up).
     pub fn check(&self) -> Result<(), RenderError> {
         // Callbacks are called while the device is polled.
         let _ = self.device.poll(wgpu::PollType::Poll);
@@ -121,14 +121,17 @@ impl Gpu {
         })
     }
 
-    /// Lets [`Gpu::check`] fail from now on.
-    pub(crate) fn give_up(&self, why: String) {
+    /// Lets [`Gpu::check`] fail from now on, for example because the device has too little memory.
+    pub fn give_up(&self, why: String) {
         // Only the first reason counts.
         let _ = self.lost.set(why);
     }
 
-    /// Copies out the bytes of a buffer that can be mapped. Waits for all submitted work. An error is wgpu's message.
-    pub(crate) fn read_buffer(&self, buffer: &wgpu::Buffer) -> Result<Vec<u8>, String> {
+    /// Copies out the bytes of a buffer that can be mapped. Waits for all submitted work.
+    ///
+    /// # Errors
+    /// If it cannot be read; the error is wgpu's message.
+    pub fn read_buffer(&self, buffer: &wgpu::Buffer) -> Result<Vec<u8>, String> {
         let (sender, receiver) = std::sync::mpsc::channel();
         // A buffer of a lost device is invalid.
         let scope = self.device.push_error_scope(wgpu::ErrorFilter::Validation);

@@ -4,8 +4,7 @@
 //! - [`Renderer`]: draws a frame into any view of the right format. `pipelines` has one pipeline for each thing that is drawn,
 //!   `mesh` the unit meshes, `shadow` the shadow map, `buffers` what is kept from frame to frame, and `surfaces`, `translucent`
 //!   and `panels` draw cloth and jelly, translucent bodies and egui's triangles.
-//! - [`Swarm`]: particles that the device steps and draws by itself; [`Swarms`] runs their ticks. `swarm_parameters` is what the
-//!   shaders read, and `swarm_painter` draws.
+//! - [`Layer`]: what another crate draws into a frame.
 //! - [`Gpu`]: an adapter, real or software. [`Quality`]: how much work a picture may cost.
 //! - [`Offscreen`] and [`WindowTarget`]: where the view comes from, a texture or a swap chain.
 //! - [`Image`], [`Film`] and [`Gif`]: a picture in memory and as a PNG file, and pictures as an animated PNG or GIF.
@@ -22,6 +21,7 @@ mod frame;
 mod gif;
 mod gpu;
 mod image;
+mod layer;
 mod lines;
 mod mesh;
 mod offscreen;
@@ -32,14 +32,6 @@ mod renderer;
 mod shadow;
 mod surface;
 mod surfaces;
-#[path = "../../swarm/src/device.rs"]
-mod swarm;
-#[path = "../../swarm/src/painter.rs"]
-mod swarm_painter;
-#[path = "../../swarm/src/parameters.rs"]
-mod swarm_parameters;
-#[path = "../../swarm/src/picture.rs"]
-mod swarm_tick;
 mod target;
 mod translucent;
 
@@ -52,13 +44,13 @@ pub use frame::{
 };
 pub use gpu::{AdapterSummary, Gpu};
 pub use image::Image;
+pub use layer::{Canvas, Kept, Layer};
 pub use lines::Line;
 pub use offscreen::{OFFSCREEN_FORMAT, Offscreen};
+pub use pipelines::{layout as pipeline_layout, module as shader_module, uniform};
 pub use quality::Quality;
 pub use renderer::Renderer;
 pub use surface::{Surface, SurfaceVertex};
-pub use swarm::{SwarmParticle, Swarms};
-pub use swarm_tick::{Swarm, SwarmDamping, SwarmLaws, SwarmLook, SwarmStepping, SwarmTick};
 pub use target::{WindowFrame, WindowTarget};
 
 pub use wgpu;

@@ -121,7 +121,7 @@ pub(crate) struct Drawing<'a> {
 }
 
 /// A shader made of the texts of its parts.
-pub(crate) fn module(device: &Device, label: &str, parts: &[&str]) -> wgpu::ShaderModule {
+pub fn module(device: &Device, label: &str, parts: &[&str]) -> wgpu::ShaderModule {
     device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: Some(label),
         source: wgpu::ShaderSource::Wgsl(parts.concat().into()),
@@ -129,7 +129,7 @@ pub(crate) fn module(device: &Device, label: &str, parts: &[&str]) -> wgpu::Shad
 }
 
 /// The layout of the bind groups of a pipeline.
-pub(crate) fn layout(
+pub fn layout(
     device: &Device,
     label: &str,
     groups: &[Option<&BindGroupLayout>],
@@ -170,10 +170,7 @@ pub(crate) fn sprites(
 }
 
 /// The entry of a uniform buffer in the layout of a bind group.
-pub(crate) const fn uniform(
-    binding: u32,
-    visibility: wgpu::ShaderStages,
-) -> wgpu::BindGroupLayoutEntry {
+pub const fn uniform(binding: u32, visibility: wgpu::ShaderStages) -> wgpu::BindGroupLayoutEntry {
     wgpu::BindGroupLayoutEntry {
         binding,
         visibility,

@@ -5,14 +5,13 @@ use egui::ecolor::linear_f32_from_gamma_u8;
 use glam::{Mat4, Vec3, Vec4};
 
 use crate::{
-    Frame, Gpu, Instance, Quality, Swarm, Swarms,
+    Canvas, Frame, Gpu, Instance, Kept, Layer, Quality,
     buffers::{Bodies, InstanceBuffer},
     mesh::Mesh,
     panels::PanelPainter,
     pipelines::{DEPTH_FORMAT, Destination, Pipelines, uniform},
     shadow::{Caster, LightView, ShadowMap},
     surfaces::Surfaces,
-    swarm_painter::SwarmPainter,
     translucent::TranslucentBodies,
 };
 
@@ -64,8 +63,8 @@ pub struct Renderer {
     surfaces: Option<Surfaces>,
     /// Created with the first frame that has any.
     translucent: Option<TranslucentBodies>,
-    /// Created with the first frame that has any.
-    swarms: Option<SwarmPainter>,
+    /// What the layer of the last frame keeps.
+    kept: Kept,
     particles: InstanceBuffer,
     sprites: InstanceBuffer,
     lines: InstanceBuffer,
@@ -121,7 +120,7 @@ impl Renderer {
             small_spheres: Bodies::new(device, "small spheres"),
             surfaces: None,
             translucent: None,
-            swarms: None,
+            kept: None,
             particles: InstanceBuffer::new(device, "particles"),
             sprites: InstanceBuffer::new(device, "sprites"),
             lines: InstanceBuffer::new(device, "lines"),
@@ -135,20 +134,15 @@ impl Renderer {
         self.quality
     }
 
-    /// Advances the device to the last tick of each of `swarms`, as the next frame with these swarms would.
-    pub fn follow_swarms(&mut self, gpu: &Gpu, swarms: &[Swarm]) {
-        let fits = |swarm: &Swarm| gpu.check_swarm(swarm.launches.len() as u64).is_ok();
-        let swarms = if swarms.iter().all(fits) { swarms } else { &[] };
-        if self.swarms.is_some() || !swarms.is_empty() {
-            let layouts = (&self.globals_layout, &self.shadow_map.layout);
-            let new = || SwarmPainter::new(gpu, layouts.0, layouts.1, &self.destination);
-            self.swarms.get_or_insert_with(new).follow(gpu, swarms);
-        }
-    }
-
-    /// The swarms of the last frame; `None` before the first frame with swarms.
-    pub fn swarms(&self) -> Option<&Swarms> {
-        self.swarms.as_ref().map(|painter| &painter.swarms)
+    /// Prepares `layer` as a frame with it does, and returns what it keeps.
+    pub fn prepare(&mut self, gpu: &Gpu, layer: &dyn Layer) -> &Kept {
+        let canvas = Canvas {
+            globals: &self.globals_layout,
+            shadow_map: &self.shadow_map.layout,
+            destination: &self.destination,
+        };
+        layer.prepare(gpu, &canvas, &mut self.kept);
+        &self.kept
     }
 
     /// Draws `frame` into `view`, which must have the frame's size and the format given to [`Renderer::new`], and
@@ -196,7 +190,12 @@ impl Renderer {
                 || TranslucentBodies::new(&gpu.device, layouts.0, layouts.1, &self.destination);
             self.translucent.get_or_insert_with(new).upload(gpu, &frame.translucent);
         }
-        self.follow_swarms(gpu, &frame.swarms);
+        match &frame.layer {
+            Some(layer) => {
+                self.prepare(gpu, &**layer);
+            }
+            None => self.kept = None,
+        }
         let particles = self.particles.upload(gpu, &frame.particles);
         let sprites = self.sprites.upload(gpu, &frame.sprites);
         let lines = self.lines.upload(gpu, &frame.lines);
@@ -341,8 +340,8 @@ impl Renderer {
         }
         self.particles.draw_quads(&mut pass, &self.pipelines.particle, particles);
         self.sprites.draw_quads(&mut pass, &self.pipelines.sprite, sprites);
-        if let Some(swarms) = &self.swarms {
-            swarms.draw(&mut pass);
+        if let Some(layer) = &frame.layer {
+            layer.draw(&self.kept, &mut pass);
         }
         if let Some(translucent) = &self.translucent {
             translucent.draw(&mut pass, &self.cube, &self.sphere);

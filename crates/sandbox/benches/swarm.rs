@@ -8,19 +8,21 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use bevy_ecs::prelude::*;
+use cockpit::view::on_device::swarms;
 use glam::{DVec3, Vec3};
 use history::Simulation;
-use motion::{Dormant, Threads, Transform};
-use render::{Gpu, Swarm, SwarmLaws, SwarmLook, SwarmStepping, SwarmTick, Swarms, wgpu};
+use motion::{Dormant, Method, Threads, Transform};
+use render::{Gpu, wgpu};
 use sandbox::clock::FrameClock;
 use sandbox::input::InputFrame;
 use sandbox::{Options, Session};
 use scene::Scene;
+use swarm::{DrawnSwarm, Swarm, SwarmLaws, SwarmLook, SwarmTick, Swarms};
 
-const STEPPINGS: [(&str, SwarmStepping); 3] = [
-    ("two positions, position Verlet", SwarmStepping::PositionVerlet),
-    ("position and velocity, semi-implicit Euler", SwarmStepping::SemiImplicitEuler),
-    ("position and velocity, velocity Verlet", SwarmStepping::VelocityVerlet),
+const METHODS: [(&str, Method); 3] = [
+    ("two positions, position Verlet", Method::PositionVerlet),
+    ("position and velocity, semi-implicit Euler", Method::SemiImplicitEuler),
+    ("position and velocity, velocity Verlet", Method::VelocityVerlet),
 ];
 
 /// The number of particles of each row, if the command line names none.
@@ -50,10 +52,8 @@ fn laws(all: bool) -> SwarmLaws {
     }
     SwarmLaws {
         constant,
-        drag: Some([0.3, 0.05]),
-        air: [[4.0, 0.0, -3.0], [1.2, 0.0, 1.6], [0.0, 2.0, 0.0]],
-        wave: [0.7, 0.0, -0.5],
-        turns: 4.4,
+        drag: Some([0.3, 0.05, 4.4]),
+        wind: [[4.0, 0.0, -3.0], [1.2, 0.0, 1.6], [0.0, 2.0, 0.0], [0.7, 0.0, -0.5]],
         wells: Arc::new([[5.0, 8.0, 0.0, 60.0, 1.0], [-5.0, 6.0, 3.0, 40.0, 1.0]]),
         ..SwarmLaws::default()
     }
@@ -84,11 +84,11 @@ fn times(gpu: &Gpu, sizes: &[u32]) -> String {
     table += "\n";
     for all in [false, true] {
         let under = if all { "gravity, drag in gusts, two wells" } else { "gravity" };
-        for (name, stepping) in STEPPINGS {
-            let bytes = stepping.bytes_per_step();
+        for (name, method) in METHODS {
+            let bytes = swarm(0, method).bytes_per_step();
             let _ = write!(table, "| {name}, {under} | {bytes} |");
             for size in sizes {
-                let _ = write!(table, " {} |", digits(on_device(gpu, *size, stepping, all)));
+                let _ = write!(table, " {} |", digits(on_device(gpu, *size, method, all)));
             }
             table += "\n";
         }
@@ -115,8 +115,13 @@ fn digits(number: f64) -> String {
     }
 }
 
-fn on_device(gpu: &Gpu, particles: u32, stepping: SwarmStepping, all: bool) -> f64 {
+/// A swarm of that many particles.
+fn swarm(particles: u32, method: Method) -> Swarm {
     let speeds = (0..particles).map(|i| [0.01 * (i % 97) as f32, 9.0, -0.01 * (i % 89) as f32]);
+    Swarm { method, substeps: None, anchor: DVec3::ZERO, launches: speeds.collect() }
+}
+
+fn on_device(gpu: &Gpu, particles: u32, method: Method, all: bool) -> f64 {
     let births = SwarmTick {
         key: 1,
         step: 1.0 / 120.0,
@@ -131,7 +136,7 @@ fn on_device(gpu: &Gpu, particles: u32, stepping: SwarmStepping, all: bool) -> f
         other_laws: false,
         reversed: false,
         phase: 0.0,
-        laws: laws(all),
+        laws: laws(all).into(),
     };
     let look = SwarmLook {
         anchor: [0.0; 3],
@@ -142,8 +147,8 @@ fn on_device(gpu: &Gpu, particles: u32, stepping: SwarmStepping, all: bool) -> f
         life_s: 1e9,
         fades_in: 0.3,
     };
-    let launches: Arc<[[f32; 3]]> = speeds.collect();
-    let mut swarm = Swarm { stepping, launches, ticks: vec![births], goes_back: false, look };
+    let swarm = swarm(particles, method);
+    let mut swarm = DrawnSwarm { swarm, ticks: vec![births], goes_back: false, look };
     let mut swarms = Swarms::new(gpu);
     let steps = (200_000_000 / u64::from(particles).max(1)).clamp(20, 500);
     let mut least = f64::INFINITY;
@@ -265,10 +270,9 @@ fn places_on_device(gpu: &Gpu, scene: Scene, hz: u32) -> Vec<Option<DVec3>> {
         let time = clock.advance_by(1.0 / f64::from(hz)).unwrap();
         session.advance(&InputFrame::NOTHING, time);
     });
-    let frame = session.picture();
-    let mut swarms = Swarms::new(gpu);
-    swarms.follow(gpu, &frame.swarms);
-    let slots = swarms.read(gpu, 0).unwrap();
+    let mut device = Swarms::new(gpu);
+    device.follow(gpu, &swarms(&session.stage));
+    let slots = device.read(gpu, 0).unwrap();
     slots.into_iter().map(|slot| Some(Vec3::from(slot?.position).as_dvec3())).collect()
 }
 

@@ -10,6 +10,7 @@ mod entry;
 mod form;
 mod grid;
 mod lattice;
+pub(crate) mod on_device;
 mod ring;
 mod soft;
 
@@ -25,7 +26,6 @@ use crate::scene::Reading;
 use crate::scene::names::Names;
 use crate::text::faults::Faults;
 pub(crate) use body::Defaults;
-pub use emitter::SWARM_LIMIT;
 pub(crate) use entry::{Bodies, Section};
 use entry::{GeneratedEntry, Own};
 pub(crate) use soft::elastic;

@@ -57,13 +57,12 @@ pub use edit::{Field, Kind, Setting, TextEdit, Value, VariedScene, moved_place, 
 pub use entries::Entry;
 pub use frame_times::parse_frame_times;
 pub use generate::BODY_LIMIT;
-pub use generate::SWARM_LIMIT;
 pub use memory::{Keeps, address_space, allow_memory, byte_words, memory, runs_that_fit};
 pub use parts::{FREE_BODIES, Part};
 pub use resolve::declared::key_of_law;
 pub use resolve::springs::unsolvable;
 pub use resolve::survival::EXPLODES;
-pub use scene::coupled::{Declaration, EmitterSpec, SoftBodySpec, SpringSpec, SwarmSpec};
+pub use scene::coupled::{Declaration, EmitterSpec, SoftBodySpec, SpringSpec};
 pub use scene::names::Names;
 pub use scene::survival::{Bounds, Lengths, Measure, Steps, SurvivalRow};
 pub use scene::{

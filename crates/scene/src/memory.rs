@@ -7,6 +7,7 @@ use std::sync::OnceLock;
 use motion::Link;
 use motion::margin::Margins;
 
+use crate::scene::coupled::EmitterSpec;
 use crate::scene::{BodySpec, Reading, Scene};
 
 /// Bytes of a body in addition to its entry in the scene: its components, in columns that may have room for twice as
@@ -21,13 +22,6 @@ const MOVED: u64 = 370;
 
 /// Additional bytes of a particle: its launch velocity, and its life in the pool.
 const PARTICLE: u64 = 700;
-
-/// Bytes of a particle of a swarm: its velocity at birth here and on the device, its state on the device, and the
-/// copies that are read back for a summary.
-const SWARM_PARTICLE: u64 = 12 + 12 + 32 + 2 * 32;
-
-/// Most bytes of the states of swarms that are kept for going back (`Swarms::KEPT_BYTES` of `render`).
-const SWARMS_KEPT: u64 = 256 << 20;
 
 /// Additional bytes of a member of a group: its rows in the arrays of a step and of a forecast.
 const GROUPED: u64 = 240;
@@ -89,7 +83,7 @@ pub fn allow_memory(bytes: u64) {
 pub(crate) struct Census {
     pub bodies: u64,
     /// Particles on a graphics device.
-    pub swarm: u64,
+    pub on_device: u64,
     /// Bodies that are members of groups, or particles.
     pub moved: u64,
     /// Bodies that are members of groups.
@@ -125,7 +119,7 @@ impl Census {
     pub const fn and(self, other: Self) -> Self {
         Self {
             bodies: self.bodies.saturating_add(other.bodies),
-            swarm: self.swarm.saturating_add(other.swarm),
+            on_device: self.on_device.saturating_add(other.on_device),
             moved: self.moved.saturating_add(other.moved),
             grouped: self.grouped.saturating_add(other.grouped),
             links: self.links.saturating_add(other.links),
@@ -164,7 +158,7 @@ impl Census {
             self.moved.saturating_sub(self.grouped).saturating_mul(PARTICLE),
             self.links.saturating_mul(LINK),
             self.blown.saturating_mul(TRIANGLE),
-            self.swarm.saturating_mul(SWARM_PARTICLE),
+            self.on_device.saturating_mul(EmitterSpec::PARTICLE_ON_DEVICE),
             forecast,
         ];
         let written =
@@ -189,8 +183,8 @@ impl Census {
             (self.points, "point of curves"),
         ];
         let mut words = vec![bodies_words(self.bodies)];
-        if self.swarm > 0 {
-            words.push(format!("{} particles on a graphics device", self.swarm));
+        if self.on_device > 0 {
+            words.push(format!("{} particles on a graphics device", self.on_device));
         }
         for (count, what) in counts.into_iter().filter(|(count, _)| *count > 0) {
             let (first, rest) =
@@ -218,7 +212,7 @@ pub struct Keeps {
 impl Keeps {
     /// Most additional bytes of a run of a scene with these bodies and particles on a device.
     fn bytes(self, census: Census) -> u64 {
-        let Census { bodies, swarm, .. } = census;
+        let Census { bodies, on_device, .. } = census;
         let each = |kept: bool, bytes: u64| if kept { bodies.saturating_mul(bytes) } else { 0 };
         let parts = [
             each(self.ledger, LEDGER),
@@ -229,7 +223,7 @@ impl Keeps {
                 .saturating_mul(census.in_world().saturating_add(census.in_scene())),
             each(self.black_box, BLACK_BOX),
             if self.black_box { TIMELINE } else { 0 },
-            if self.black_box && swarm > 0 { SWARMS_KEPT } else { 0 },
+            if self.black_box && on_device > 0 { EmitterSpec::KEPT_ON_DEVICE } else { 0 },
             each(self.pictures.is_some(), PICTURE),
             self.pictures.unwrap_or_default(),
         ];
@@ -280,7 +274,7 @@ impl Scene {
         let thrusts = own.flat_map(|laws| &laws.thrusts);
         Census {
             bodies,
-            swarm: self.swarm_particles() as u64,
+            on_device: self.particles_on_device() as u64,
             moved: grouped + particles,
             grouped,
             links,

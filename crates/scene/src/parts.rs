@@ -111,8 +111,7 @@ impl Scene {
             Some(SoftBodySpec { points: span(&soft.points)?, ..soft.clone() })
         };
         scene.soft_bodies = self.soft_bodies.iter().filter_map(soft).collect();
-        // Swarms have no bodies.
-        let with_bodies = || self.emitters.iter().filter(|emitter| emitter.swarm.is_none());
+        let with_bodies = || self.emitters.iter().filter(|emitter| emitter.on_device.is_none());
         let emitter = |emitter: &EmitterSpec| {
             let rides_on = emitter.rides_on.and_then(new);
             let all = emitter.pool.len();
@@ -223,7 +222,7 @@ impl Joined {
         scene.soft_bodies.iter().for_each(|soft| join(&mut soft.points.clone(), &mut joined));
         // Particles are born at the body that carries their emitter.
         let with_carrier = |emitter: &EmitterSpec| {
-            let first = emitter.swarm.is_none().then_some(emitter.pool.start)?;
+            let first = emitter.on_device.is_none().then_some(emitter.pool.start)?;
             Some([emitter.rides_on?, first])
         };
         let emitters = scene.emitters.iter().filter_map(with_carrier);

@@ -12,7 +12,7 @@ use motion::effects::Effect;
 use motion::{Damping, DampingModel, Gravity, Range};
 
 use crate::check::{DAMPING_RATE, Rule, STEP_RATE, Scope, positive, rule};
-use crate::generate::{self, Bodies, Defaults, NAME_LIMIT};
+use crate::generate::{self, Bodies, Defaults, NAME_LIMIT, on_device};
 use crate::lists::counted_within;
 use crate::memory::{room, too_much};
 use crate::raw;
@@ -219,7 +219,7 @@ fn resolve(
     let mut own_laws = OwnLaws::new(&bodies);
     let laws = laws::world_laws(raw, &mut own_laws, faults);
     own_laws.thrusts(&raw.thrusts, faults);
-    carriers::check_swarms(raw, step_hz, &laws, &bodies, faults);
+    on_device::check(raw, step_hz, &laws, &bodies, faults);
     let own_laws = own_laws.by_id;
     let springs = springs::springs(&raw.springs, &bodies, faults);
     springs::check_groups(&bodies, &springs, mutual_gravity.is_some(), faults);

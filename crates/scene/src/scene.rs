@@ -16,7 +16,7 @@ use motion::{
 };
 use pick::Shape;
 
-use crate::scene::coupled::{Declaration, EmitterSpec, SoftBodySpec, SpringSpec, SwarmSpec};
+use crate::scene::coupled::{Declaration, EmitterSpec, SoftBodySpec, SpringSpec};
 use crate::scene::names::Names;
 use crate::scene::survival::SurvivalRow;
 
@@ -145,15 +145,14 @@ impl Scene {
     }
 
     /// The emitters whose particles are on a graphics device, by their place in [`Scene::emitters`].
-    pub fn swarms(&self) -> impl Iterator<Item = (usize, &EmitterSpec, &SwarmSpec)> {
-        let emitters = self.emitters.iter().enumerate();
-        emitters.filter_map(|(i, emitter)| Some((i, emitter, emitter.swarm.as_ref()?)))
+    pub fn on_device(&self) -> impl Iterator<Item = (usize, &EmitterSpec)> {
+        self.emitters.iter().enumerate().filter(|(_, emitter)| emitter.on_device.is_some())
     }
 
     /// Number of particles on a graphics device for which there is room.
     #[must_use]
-    pub fn swarm_particles(&self) -> usize {
-        self.swarms().map(|(_, _, swarm)| swarm.launches.len()).sum()
+    pub fn particles_on_device(&self) -> usize {
+        self.emitters.iter().map(EmitterSpec::particles_on_device).sum()
     }
 
     /// The scene with the damping that its methods approximate: the law, in place of a model that damps per tick.

@@ -1,14 +1,12 @@
 //! Spawns a resolved scene: each entity has only the components that its body needs.
 
-use std::sync::Arc;
-
 use bevy_ecs::prelude::*;
 use glam::DVec3;
 use motion::snapshot::LastStep;
 use motion::{
     AxisLocks, DampingRate, Dormant, Emitter, GravityOff, Method, Orientation, OwnLaws,
     OwnSubsteps, PhysicsBody, RidesOn, RidingWell, RidingWells, SoftBody, SourceMass, SpeedLimit,
-    Spring, StableId, Substeps, Swarm, Transform, mark_method,
+    Spring, StableId, Substeps, Transform, mark_method,
 };
 
 use crate::scene::{BodySpec, RidingWellSpec, Scene};
@@ -125,18 +123,11 @@ impl Scene {
             if let Some(body) = emitter.rides_on {
                 emitter_entity.insert(RidesOn(entities[body as usize]));
             }
-            let Some(swarm) = &emitter.swarm else { continue };
+            let Some(particles) = &emitter.on_device else { continue };
             let start =
                 emitter.rides_on.map_or(DVec3::ZERO, |body| self.bodies[body as usize].position);
-            emitter_entity.insert((
-                PointRadius(emitter.radius),
-                Swarm {
-                    method: swarm.method,
-                    substeps: swarm.substeps,
-                    anchor: emitter.position + start,
-                    launches: Arc::clone(&swarm.launches),
-                },
-            ));
+            let particles = particles.anchored_at(emitter.position + start);
+            emitter_entity.insert((PointRadius(emitter.radius), particles));
         }
     }
 

@@ -1,4 +1,4 @@
-// What a tick does to a swarm; prepended to the shaders that step and draw it. Mirrors `Parameters` in swarm_parameters.rs.
+// What a tick does to a swarm; prepended to the shaders that step and draw it. Mirrors `Parameters` in parameters.rs.
 // Positions are in meters from the swarm's anchor, times in seconds from the start of the tick.
 //
 // Particle number k is in slot k mod n of n. Where a tick names a particle, it gives the quotient and the slot, so that numbers

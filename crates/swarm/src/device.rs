@@ -3,14 +3,18 @@
 use std::sync::Arc;
 
 use bytemuck::bytes_of;
-use wgpu::{BufferUsages, CommandEncoderDescriptor, ComputePassDescriptor, ShaderStages};
+use motion::Method;
+use render::wgpu::{
+    self, BufferUsages, CommandEncoderDescriptor, ComputePassDescriptor, ShaderStages,
+};
+use render::{Gpu, RenderError, pipeline_layout, shader_module, uniform};
 
-use crate::pipelines::{layout, module};
-use crate::swarm_parameters::Parameters;
-use crate::swarm_tick::{Swarm, SwarmStepping, SwarmTick};
-use crate::{Gpu, RenderError};
+use crate::log::SwarmTick;
+use crate::parameters::Parameters;
+use crate::picture::DrawnSwarm;
+use crate::swarm::Swarm;
 
-pub(crate) const SWARM: &str = include_str!("../shaders/tick.wgsl");
+pub(crate) const TICK: &str = include_str!("../shaders/tick.wgsl");
 const STEP: &str = include_str!("../shaders/step.wgsl");
 
 /// State of a particle, bytes: two rows of three numbers, and the number of the particle.
@@ -19,9 +23,6 @@ const ROW_BYTES: u64 = 16;
 
 /// Bytes of the velocity with which a particle is born.
 const LAUNCH_BYTES: u64 = 12;
-
-/// Most bytes of the states of all swarms kept for going back.
-const KEPT_BYTES: u64 = 256 << 20;
 
 /// Time for which a state is kept, s: as far as the program goes back.
 const KEPT_S: f64 = 60.0;
@@ -56,8 +57,7 @@ const SYNCHRONIZES: usize = 1;
 
 /// A swarm on the device.
 pub(crate) struct DeviceSwarm {
-    stepping: SwarmStepping,
-    launches: Arc<[[f32; 3]]>,
+    swarm: Swarm,
     pub rows: Rows,
     /// A bind group for each order of the two rows.
     groups: [wgpu::BindGroup; 2],
@@ -86,7 +86,7 @@ impl Rows {
             | BufferUsages::VERTEX
             | BufferUsages::COPY_SRC
             | BufferUsages::COPY_DST;
-        let buffer = || create(gpu, ("swarm", usage), slots * ROW_BYTES);
+        let buffer = || create(gpu, "swarm", usage, slots * ROW_BYTES);
         Some(Self { buffers: [buffer()?, buffer()?], positions: 0 })
     }
 
@@ -121,65 +121,75 @@ pub struct SwarmParticle {
     pub other: [f32; 3],
 }
 
-impl Gpu {
-    /// Whether this adapter can have a swarm of `slots` particles.
+/// Why an adapter cannot have a swarm.
+#[derive(Debug, thiserror::Error)]
+pub enum SwarmError {
+    /// The adapter runs no compute shaders.
+    #[error(
+        "the graphics adapter {adapter} runs no compute shaders, which emitters with on: gpu need; give them on: cpu"
+    )]
+    NoCompute {
+        /// The adapter, in one line.
+        adapter: String,
+    },
+    /// The swarm has more particles than the adapter can have in one buffer.
+    #[error(
+        "{slots} particles are more than the graphics adapter {adapter} can have in one swarm; give an emitter at most {most}, \
+         or on: cpu"
+    )]
+    TooLarge {
+        /// The adapter, in one line.
+        adapter: String,
+        /// Requested number of particles.
+        slots: u64,
+        /// The most particles that it can have.
+        most: u64,
+    },
+}
+
+impl Swarms {
+    /// Whether the adapter of `gpu` can have a swarm of `slots` particles.
     ///
     /// # Errors
     /// If it has no compute shaders, or its buffers or dispatches are too small.
-    pub fn check_swarm(&self, slots: u64) -> Result<(), RenderError> {
-        let flags = self.adapter.get_downlevel_capabilities().flags;
+    pub fn check(gpu: &Gpu, slots: u64) -> Result<(), SwarmError> {
+        let adapter = || gpu.info.to_string();
+        let flags = gpu.adapter.get_downlevel_capabilities().flags;
         if !flags.contains(wgpu::DownlevelFlags::COMPUTE_SHADERS) {
-            return Err(RenderError::NoCompute { adapter: self.info.to_string() });
+            return Err(SwarmError::NoCompute { adapter: adapter() });
         }
-        let limits = self.device.limits();
+        let limits = gpu.device.limits();
         let bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
         let groups = u64::from(limits.max_compute_workgroups_per_dimension) * u64::from(WORKGROUP);
         let most = (bytes / ROW_BYTES).min(groups);
         if slots > most {
-            return Err(RenderError::Swarm { adapter: self.info.to_string(), slots, most });
+            return Err(SwarmError::TooLarge { adapter: adapter(), slots, most });
         }
         Ok(())
     }
-}
 
-impl Swarms {
-    /// Memory of a swarm of `slots` particles on the device, bytes, without the states kept for going back.
-    #[must_use]
-    pub const fn bytes(slots: u64) -> u64 {
-        slots * (PARTICLE_BYTES + LAUNCH_BYTES)
-    }
-
-    /// Most memory of the states kept for going back, bytes.
-    pub const KEPT_BYTES: u64 = KEPT_BYTES;
-
-    /// Creates an empty set of swarms, on a device that can have them: see [`Gpu::check_swarm`].
+    /// Creates an empty set of swarms, on a device that can have them: see [`Swarms::check`].
     #[must_use]
     pub fn new(gpu: &Gpu) -> Self {
         let device = &gpu.device;
-        let storage = |binding, read_only| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility: ShaderStages::COMPUTE,
-            ty: wgpu::BindingType::Buffer {
-                ty: wgpu::BufferBindingType::Storage { read_only },
-                has_dynamic_offset: false,
-                min_binding_size: None,
-            },
-            count: None,
+        let entry = |binding, ty, has_dynamic_offset| wgpu::BindGroupLayoutEntry {
+            ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset, min_binding_size: None },
+            ..uniform(binding, ShaderStages::COMPUTE)
         };
-        let uniform = wgpu::BindGroupLayoutEntry {
-            ty: wgpu::BindingType::Buffer {
-                ty: wgpu::BufferBindingType::Uniform,
-                has_dynamic_offset: true,
-                min_binding_size: None,
-            },
-            ..storage(0, false)
+        let storage = |binding, read_only| {
+            entry(binding, wgpu::BufferBindingType::Storage { read_only }, false)
         };
         let bindings = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some("swarm"),
-            entries: &[uniform, storage(1, false), storage(2, false), storage(3, true)],
+            entries: &[
+                entry(0, wgpu::BufferBindingType::Uniform, true),
+                storage(1, false),
+                storage(2, false),
+                storage(3, true),
+            ],
         });
-        let layout = layout(device, "swarm", &[Some(&bindings)]);
-        let shader = module(device, "swarm", &[SWARM, STEP]);
+        let layout = pipeline_layout(device, "swarm", &[Some(&bindings)]);
+        let shader = shader_module(device, "swarm", &[TICK, STEP]);
         let pipeline = |entry| {
             device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
                 label: Some(entry),
@@ -195,12 +205,12 @@ impl Swarms {
         Self {
             pipelines: [pipeline("step"), pipeline("synchronize")],
             bindings,
-            parameters: device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("swarm parameters"),
-                size: stride * DISPATCHES_PER_SUBMIT as u64,
-                usage: BufferUsages::UNIFORM | BufferUsages::COPY_DST,
-                mapped_at_creation: false,
-            }),
+            parameters: buffer(
+                gpu,
+                "swarm parameters",
+                BufferUsages::UNIFORM | BufferUsages::COPY_DST,
+                stride * DISPATCHES_PER_SUBMIT as u64,
+            ),
             stride,
             swarms: Vec::new(),
             dispatches: 0,
@@ -215,25 +225,26 @@ impl Swarms {
 
     /// Advances the device to the last tick of each of `swarms`, and drops all other swarms. Submits the work without
     /// waiting for it.
-    pub fn follow(&mut self, gpu: &Gpu, swarms: &[Swarm]) {
-        let is = |device: &DeviceSwarm, swarm: &Swarm| {
-            Arc::ptr_eq(&device.launches, &swarm.launches) && device.stepping == swarm.stepping
+    pub fn follow(&mut self, gpu: &Gpu, swarms: &[DrawnSwarm]) {
+        let is = |device: &DeviceSwarm, DrawnSwarm { swarm, .. }: &DrawnSwarm| {
+            Arc::ptr_eq(&device.swarm.launches, &swarm.launches)
+                && device.swarm.method == swarm.method
         };
         self.swarms.retain(|device| swarms.iter().any(|swarm| is(device, swarm)));
         for swarm in swarms {
             let place = self.swarms.iter().position(|device| is(device, swarm));
             let device = match place {
                 Some(place) => Some(self.swarms.remove(place)),
-                None => DeviceSwarm::new(gpu, self, swarm),
+                None => DeviceSwarm::new(gpu, self, &swarm.swarm),
             };
             let Some(mut device) = device else {
-                let particles = swarm.launches.len();
+                let particles = swarm.swarm.slots();
                 gpu.give_up(format!(
                     "it has no memory for {particles} particles of an emitter with on: gpu"
                 ));
                 continue;
             };
-            let most = if swarm.goes_back { KEPT_BYTES / swarms.len() as u64 } else { 0 };
+            let most = if swarm.goes_back { Swarm::KEPT_BYTES / swarms.len() as u64 } else { 0 };
             self.follow_one(gpu, &mut device, swarm, most);
             self.swarms.push(device);
         }
@@ -244,7 +255,13 @@ impl Swarms {
         &self.swarms
     }
 
-    fn follow_one(&mut self, gpu: &Gpu, device: &mut DeviceSwarm, swarm: &Swarm, most_kept: u64) {
+    fn follow_one(
+        &mut self,
+        gpu: &Gpu,
+        device: &mut DeviceSwarm,
+        swarm: &DrawnSwarm,
+        most_kept: u64,
+    ) {
         let mut encoder = gpu.device.create_command_encoder(&CommandEncoderDescriptor::default());
         let here = swarm.ticks.iter().rposition(|tick| Some(tick.key) == device.key);
         // Only states ahead of the device help. In a run that is not sought, one tick is ahead.
@@ -258,18 +275,24 @@ impl Swarms {
         } else if here.is_none() {
             device.rows.buffers.iter().for_each(|buffer| encoder.clear_buffer(buffer, 0, None));
         }
+        let and_before = |place: usize| {
+            (&swarm.ticks[place], place.checked_sub(1).map(|before| &swarm.ticks[before]))
+        };
         if let Some(begins) = begins {
             // Needed even if no tick follows.
-            let last = begins.checked_sub(1).map(|before| &swarm.ticks[before]);
-            device.last =
-                Some(Parameters::new(device.stepping, device.slots(), &swarm.ticks[begins], last));
+            device.last = Some(device.parameters(and_before(begins)));
         }
         let first = begins.map_or(0, |begins| begins + 1);
         let mut work = Work { encoder, dispatches: Vec::new() };
-        for (place, tick) in swarm.ticks.iter().enumerate().skip(first) {
-            let last = place.checked_sub(1).map(|before| &swarm.ticks[before]);
-            self.tick(gpu, device, &mut work, tick, last);
-            device.keep(gpu, self, &mut work, (tick.key, swarm.ticks.len()), most_kept);
+        for place in first..swarm.ticks.len() {
+            self.tick(gpu, device, &mut work, and_before(place));
+            device.keep(
+                gpu,
+                self,
+                &mut work,
+                (swarm.ticks[place].key, swarm.ticks.len()),
+                most_kept,
+            );
         }
         self.submit(gpu, device, work);
         device.key = swarm.ticks.last().map(|tick| tick.key);
@@ -278,24 +301,25 @@ impl Swarms {
         }
     }
 
-    /// Adds the dispatches of a tick to `work`.
+    /// Adds the dispatches of a tick to `work`; `last` is the tick before.
     fn tick(
         &mut self,
         gpu: &Gpu,
         device: &mut DeviceSwarm,
         work: &mut Work,
-        tick: &SwarmTick,
-        last: Option<&SwarmTick>,
+        (tick, last): (&SwarmTick, Option<&SwarmTick>),
     ) {
-        let parameters = Parameters::new(device.stepping, device.slots(), tick, last);
-        let swaps = device.stepping == SwarmStepping::PositionVerlet;
+        let parameters = device.parameters((tick, last));
+        let swaps = device.swarm.method == Method::PositionVerlet;
         if let Some(last) = last.filter(|_| tick.other_laws && swaps) {
             // Gusts are evaluated at the end of the last tick, as the shader does.
             let parameters = parameters.under(&last.laws, last.phase);
             self.dispatch(gpu, device, work, (SYNCHRONIZES, parameters));
         }
         for substep in 0..tick.substeps {
-            self.dispatch(gpu, device, work, (STEPS, parameters.at(substep)));
+            let mut at = parameters;
+            at.substep = substep;
+            self.dispatch(gpu, device, work, (STEPS, at));
             if swaps {
                 device.rows.positions = 1 - device.rows.positions;
             }
@@ -319,26 +343,21 @@ impl Swarms {
         work.dispatches.push((pipeline, device.rows.positions, parameters));
     }
 
-    /// Encodes the dispatches of `work` that have not been encoded, and submits it.
+    /// Encodes the dispatches of `work`, and submits it.
     fn submit(&mut self, gpu: &Gpu, device: &DeviceSwarm, mut work: Work) {
-        self.encode(gpu, device, &mut work);
+        if !work.dispatches.is_empty() {
+            let groups = device.slots().div_ceil(WORKGROUP);
+            let mut pass = work.encoder.begin_compute_pass(&ComputePassDescriptor::default());
+            for (place, (pipeline, positions, parameters)) in (0..).zip(work.dispatches) {
+                let offset = self.stride * place;
+                gpu.queue.write_buffer(&self.parameters, offset, bytes_of(&parameters));
+                pass.set_pipeline(&self.pipelines[pipeline]);
+                pass.set_bind_group(0, &device.groups[positions], &[offset as u32]);
+                pass.dispatch_workgroups(groups, 1, 1);
+                self.dispatches += 1;
+            }
+        }
         gpu.queue.submit([work.encoder.finish()]);
-    }
-
-    fn encode(&mut self, gpu: &Gpu, device: &DeviceSwarm, work: &mut Work) {
-        if work.dispatches.is_empty() {
-            return;
-        }
-        let groups = device.slots().div_ceil(WORKGROUP);
-        let mut pass = work.encoder.begin_compute_pass(&ComputePassDescriptor::default());
-        for (place, (pipeline, positions, parameters)) in (0..).zip(work.dispatches.drain(..)) {
-            let offset = self.stride * place;
-            gpu.queue.write_buffer(&self.parameters, offset, bytes_of(&parameters));
-            pass.set_pipeline(&self.pipelines[pipeline]);
-            pass.set_bind_group(0, &device.groups[positions], &[offset as u32]);
-            pass.dispatch_workgroups(groups, 1, 1);
-            self.dispatches += 1;
-        }
     }
 
     /// Reads the particles in all slots of swarm number `index` of the swarms on the device; `None` for a slot
@@ -369,10 +388,10 @@ impl DeviceSwarm {
     /// `None` if the device has no memory for it.
     fn new(gpu: &Gpu, swarms: &Swarms, swarm: &Swarm) -> Option<Self> {
         let device = &gpu.device;
-        let slots = swarm.launches.len() as u64;
+        let slots = swarm.slots();
         let rows = Rows::new(gpu, slots)?;
         let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST;
-        let launches = create(gpu, ("launches", usage), slots * LAUNCH_BYTES)?;
+        let launches = create(gpu, "launches", usage, slots * LAUNCH_BYTES)?;
         gpu.queue.write_buffer(&launches, 0, bytemuck::cast_slice(&swarm.launches));
         let group = |positions: usize| {
             let parameters = wgpu::BufferBinding {
@@ -393,8 +412,7 @@ impl DeviceSwarm {
             })
         };
         Some(Self {
-            stepping: swarm.stepping,
-            launches: Arc::clone(&swarm.launches),
+            swarm: swarm.clone(),
             groups: [group(0), group(1)],
             rows,
             key: None,
@@ -405,8 +423,13 @@ impl DeviceSwarm {
         })
     }
 
+    /// The parameters of a tick after `last`.
+    fn parameters(&self, (tick, last): (&SwarmTick, Option<&SwarmTick>)) -> Parameters {
+        Parameters::new(self.swarm.method, self.slots(), tick, last)
+    }
+
     pub fn slots(&self) -> u32 {
-        self.launches.len() as u32
+        self.swarm.slots() as u32
     }
 
     /// Keeps the state after the tick `key` of a log of `ticks` ticks, if the last kept state is old enough. The
@@ -440,29 +463,26 @@ impl DeviceSwarm {
     }
 }
 
+pub(crate) fn buffer(gpu: &Gpu, label: &str, usage: BufferUsages, size: u64) -> wgpu::Buffer {
+    let label = Some(label);
+    let descriptor = wgpu::BufferDescriptor { label, size, usage, mapped_at_creation: false };
+    gpu.device.create_buffer(&descriptor)
+}
+
 /// A buffer; `None` if the device has no memory for it.
-fn create(gpu: &Gpu, (label, usage): (&str, BufferUsages), size: u64) -> Option<wgpu::Buffer> {
+fn create(gpu: &Gpu, label: &str, usage: BufferUsages, size: u64) -> Option<wgpu::Buffer> {
     let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
-    let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some(label),
-        size,
-        usage,
-        mapped_at_creation: false,
-    });
+    let buffer = buffer(gpu, label, usage, size);
     pollster::block_on(scope.pop()).is_none().then_some(buffer)
 }
 
 /// Reads the rows of a buffer. Waits for the device.
-fn read_rows(gpu: &Gpu, buffer: &wgpu::Buffer) -> Result<Vec<[u32; 4]>, RenderError> {
+fn read_rows(gpu: &Gpu, rows: &wgpu::Buffer) -> Result<Vec<[u32; 4]>, RenderError> {
     let failed = |detail: String| RenderError::ReadBack { detail };
-    let target = gpu.device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some("read back"),
-        size: buffer.size(),
-        usage: BufferUsages::COPY_DST | BufferUsages::MAP_READ,
-        mapped_at_creation: false,
-    });
+    let usage = BufferUsages::COPY_DST | BufferUsages::MAP_READ;
+    let target = buffer(gpu, "read back", usage, rows.size());
     let mut encoder = gpu.device.create_command_encoder(&CommandEncoderDescriptor::default());
-    encoder.copy_buffer_to_buffer(buffer, 0, &target, 0, buffer.size());
+    encoder.copy_buffer_to_buffer(rows, 0, &target, 0, rows.size());
     gpu.queue.submit([encoder.finish()]);
     let bytes = gpu.read_buffer(&target).map_err(failed)?;
     Ok(bytemuck::pod_collect_to_vec(&bytes))

@@ -3,44 +3,35 @@
 use std::sync::Arc;
 
 use bevy_ecs::prelude::*;
+use motion::lists::list;
+use motion::units::Vector;
+use motion::{Affine, Damping, DampingModel, DeviceForm, Well, device_forms};
+use serde::{Deserialize, Deserializer, Serialize};
 use smallvec::SmallVec;
 
-use crate::laws::damping::{Damping, DampingModel};
-use crate::laws::{Affine, DeviceForm, Gravity, Law, SharedLaws, Well};
-use crate::units::Vector;
-
 /// The laws of a swarm: `a = constant - rate v`, plus drag and wells.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct SwarmLaws {
     /// The sum of constant accelerations, m/s².
     pub constant: [f32; 3],
     /// The sum of rates of linear drag, with that of exact damping, 1/s.
     pub rate: f32,
-    /// Drag that is quadratic, or in gusts.
-    pub drag: Option<SwarmDrag>,
+    /// [`Drag`](motion::Drag) that is quadratic, or in gusts: its linear rate, 1/s, its quadratic coefficient, 1/m, and the
+    /// change of the phase of gusts, rad/s.
+    pub drag: Option<[f32; 3]>,
+    /// The [`Wind`](motion::Wind) of the drag: its mean, m/s, both amplitudes of gusts, `across sin p + up sin(2p) / 2`, m/s, which
+    /// are 0 in steady wind, and the wave vector of `p = phase + turns t - wave x`, rad/m.
+    pub wind: [[f32; 3]; 4],
     /// Wells, each as its place, m, its strength mu, m³/s², and its softening, m.
+    #[serde(serialize_with = "<[_]>::serialize", deserialize_with = "read_wells")]
     pub wells: Arc<[[f32; 5]]>,
     /// Damping that multiplies velocities, and its rate, 1/s.
     pub damping: Option<(DampingModel, f32)>,
 }
 
-/// Drag in [`SwarmLaws`]: as [`Drag`](crate::Drag), in wind as [`Wind`](crate::Wind).
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct SwarmDrag {
-    /// Rate of the linear term, 1/s.
-    pub linear: f32,
-    /// Coefficient of the quadratic term, 1/m.
-    pub quadratic: f32,
-    /// Mean wind, m/s.
-    pub mean: [f32; 3],
-    /// Gusts: `across sin p + up sin(2p) / 2`, m/s. Zero in steady wind.
-    pub across: [f32; 3],
-    /// Amplitude of the gusts along the second direction, m/s: see [`across`](Self::across).
-    pub up: [f32; 3],
-    /// `p = phase + turns t - wave x`: wave vector, rad/m.
-    pub wave: [f32; 3],
-    /// Change of the phase, rad/s.
-    pub turns: f32,
+fn read_wells<'de, D: Deserializer<'de>>(source: D) -> Result<Arc<[[f32; 5]]>, D::Error> {
+    list(source).map(Vec::into)
 }
 
 /// Converts numbers to the precision of a device. A number out of its range becomes infinite.
@@ -50,11 +41,14 @@ pub(crate) fn single<const N: usize>(numbers: [f64; N]) -> [f32; N] {
 }
 
 impl SwarmLaws {
+    /// Most wells: a uniform buffer of any device has room for these.
+    pub const WELLS: usize = 64;
+
     /// The laws of `world` for a swarm with that anchor, and the phase of gusts there at `time`, s. They are those
     /// of `before`, shared, if nothing has changed.
     ///
     /// # Panics
-    /// If a law of every body has no [`DeviceForm`].
+    /// If a law of every body has no [`device_form`](motion::Law::device_form).
     pub(crate) fn of(
         world: &World,
         anchor: Vector,
@@ -64,9 +58,8 @@ impl SwarmLaws {
         let mut sum = Affine { constant: Vector::ZERO, rate: 0.0 };
         let (mut laws, mut phase) = (Self::default(), 0.0);
         let mut wells: SmallVec<[&[Well]; 2]> = SmallVec::new();
-        let gravity = world.get_resource::<Gravity>();
-        for law in SharedLaws::of(world).on_body(gravity, false, &[]) {
-            match form_of(law) {
+        for form in device_forms(world) {
+            match form {
                 DeviceForm::Affine(Affine { constant, rate }) => {
                     sum = Affine { constant: sum.constant + constant, rate: sum.rate + rate };
                 }
@@ -75,23 +68,17 @@ impl SwarmLaws {
                     let air = wind.air(time);
                     let [gusts, turns] = if air.steady { [0.0; 2] } else { [1.0, wind.gust_hz] };
                     phase = within_a_turn(air.phase(anchor));
-                    let [linear, quadratic, turns] =
-                        single([drag.linear, drag.quadratic, std::f64::consts::TAU * turns]);
-                    laws.drag = Some(SwarmDrag {
-                        linear,
-                        quadratic,
-                        mean: single(air.mean.to_array()),
-                        across: single((air.across * gusts).to_array()),
-                        up: single((air.up * gusts).to_array()),
-                        wave: single((air.wave * gusts).to_array()),
-                        turns,
-                    });
+                    let turns = std::f64::consts::TAU * turns;
+                    laws.drag = Some(single([drag.linear, drag.quadratic, turns]));
+                    let [across, up, wave] =
+                        [air.across, air.up, air.wave].map(|part| part * gusts);
+                    laws.wind = [air.mean, across, up, wave].map(|part| single(part.to_array()));
                 }
                 DeviceForm::Wells(these) => wells.push(these),
             }
         }
         match world.get_resource::<Damping>() {
-            Some(damping) if damping.is_exact() => sum.rate += damping.rate,
+            Some(Damping { model: DampingModel::Exact, rate }) => sum.rate += rate,
             Some(Damping { model, rate }) => laws.damping = Some((*model, single([*rate])[0])),
             None => {}
         }
@@ -117,13 +104,8 @@ impl SwarmLaws {
 
     /// The bits of all numbers.
     pub fn words(&self) -> impl Iterator<Item = u64> + '_ {
-        let Self { constant, rate, drag, wells, damping } = self;
-        let drag = drag.iter().flat_map(|drag| {
-            let SwarmDrag { linear, quadratic, mean, across, up, wave, turns } = *drag;
-            [linear, quadratic, turns]
-                .into_iter()
-                .chain([mean, across, up, wave].into_iter().flatten())
-        });
+        let Self { constant, rate, drag, wind, wells, damping } = self;
+        let drag = drag.iter().flat_map(|drag| drag.iter().chain(wind.iter().flatten())).copied();
         let damping =
             damping.iter().flat_map(|(model, rate)| [u64::from(*model as u8), word(rate)]);
         let numbers = constant.iter().chain([rate]).copied().chain(drag);
@@ -141,15 +123,4 @@ pub(crate) fn word(number: &f32) -> u64 {
 fn within_a_turn(angle: f64) -> f64 {
     let turn = std::f64::consts::TAU;
     angle - (angle / turn).round() * turn
-}
-
-/// # Panics
-/// If the law has none.
-fn form_of(law: &dyn Law) -> DeviceForm<'_> {
-    law.device_form().unwrap_or_else(|| {
-        panic!(
-            "the law `{}` has no form for a graphics device; give it a `device_form`, or the emitter a pool of bodies",
-            law.name()
-        )
-    })
 }

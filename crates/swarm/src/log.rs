@@ -1,74 +1,14 @@
-//! Swarms: emitters whose particles live on a graphics device.
-//!
-//! This crate knows no device. In every tick it says in plain numbers what happens to the particles: which are born, which
-//! die, and the laws. The state of a swarm is a function of these ticks alone, from the birth of the oldest
-//! living particle on, so that a device can compute it at any time, and again after going back.
+//! The log of a swarm: what happens to its particles, tick by tick.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
 
 use bevy_ecs::prelude::*;
+use serde::{Deserialize, Serialize};
 
-use crate::methods::table::Method;
-use crate::schedule::swarm_laws::{SwarmLaws, word};
-use crate::state::emitter::{Emitter, emitters_changed};
-use crate::state::substeps::Substeps;
-use crate::units::Vector;
+use crate::laws::{SwarmLaws, word};
 
-/// Puts the particles of an [`Emitter`], whose `pool` must be empty, on a graphics device. A component of the emitter's
-/// entity, which then has a [`SwarmLog`].
-///
-/// Positions are stored in single precision and count from `anchor`. A swarm obeys gravity, the laws of every body, each of
-/// which needs a [`DeviceForm`](crate::DeviceForm), and damping. Springs, mutual gravity, own laws of bodies, a range and
-/// pushes do not act on a swarm, and ledgers leave it out.
-#[derive(Component, Clone, Debug, PartialEq)]
-#[component(immutable, on_insert = emitters_changed, on_discard = emitters_changed)]
-#[require(SwarmLog)]
-pub struct Swarm {
-    /// One of [`Swarm::METHODS`].
-    pub method: Method,
-    /// Substeps per tick, from 1 to [`Substeps::MOST`]; `None` for those of the world.
-    pub substeps: Option<u32>,
-    /// The place from which positions count, m.
-    pub anchor: Vector,
-    /// Velocity at birth of the particle in each slot, m/s: particle number k is in slot `k % n` of n.
-    pub launches: Arc<[[f32; 3]]>,
-}
-
-impl Swarm {
-    /// The methods of swarms. Position Verlet keeps two positions and no velocity, the others a position and a velocity.
-    pub const METHODS: [Method; 3] =
-        [Method::PositionVerlet, Method::SemiImplicitEuler, Method::VelocityVerlet];
-
-    /// Most particles that live at once in the swarm of a file.
-    pub const MOST: u64 = 4_000_000;
-
-    /// Number of slots.
-    #[must_use]
-    pub fn slots(&self) -> u64 {
-        self.launches.len() as u64
-    }
-
-    /// # Panics
-    /// If no device can integrate it; the message says why.
-    pub(crate) fn check(&self, emitter: &Emitter) {
-        emitter.check();
-        let Self { method, anchor, .. } = self;
-        assert!(
-            Self::METHODS.contains(method),
-            "a swarm cannot be integrated by {}; give one of `Swarm::METHODS`",
-            method.name()
-        );
-        if let Some(substeps) = self.substeps {
-            Substeps::check(substeps);
-        }
-        assert!(anchor.is_finite(), "the anchor of a swarm is at {anchor}; give a finite place");
-        let pool = emitter.pool.len();
-        assert!(pool == 0, "the emitter of a swarm has {pool} bodies in its pool; leave it empty");
-    }
-}
-
-/// The ticks of a [`Swarm`], from the birth of its oldest living particle on. Written by the ticks of the world.
+/// The ticks of a [`Swarm`](crate::Swarm), from the birth of its oldest living particle on. Written by the ticks of the world.
 #[derive(Component, Clone, Debug, Default, PartialEq)]
 pub struct SwarmLog {
     /// The ticks, the newest last.
@@ -107,8 +47,7 @@ impl SwarmLog {
 /// One tick of a swarm. Times count from its start.
 ///
 /// In files its laws are in the [`SwarmLog`], once for all ticks that share them.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SwarmTick {
     /// Identifies the state after the tick: it depends on this tick and all before it, and on nothing else.
     pub key: u64,
@@ -138,7 +77,7 @@ pub struct SwarmTick {
     /// Phase of gusts at the anchor and the start of the tick, rad, from -pi to pi.
     pub phase: f32,
     /// The laws of the tick.
-    #[cfg_attr(feature = "serde", serde(skip))]
+    #[serde(skip)]
     pub laws: Arc<SwarmLaws>,
 }
 

@@ -1,15 +1,14 @@
 //! Draws swarms as sprites, from the buffers in which they are stepped.
 
 use bytemuck::bytes_of;
-use wgpu::{
-    BindGroupLayout, BufferUsages, CompareFunction, RenderPass, ShaderStages, VertexBufferLayout,
+use render::wgpu::{
+    self, BindGroupLayout, BufferUsages, RenderPass, ShaderStages, VertexBufferLayout,
 };
+use render::{Canvas, Gpu, Kept, Layer, uniform};
 
-use crate::Gpu;
-use crate::pipelines::{Destination, Drawing, GLOBALS, SPRITE, layout, module};
-use crate::swarm::{SWARM, Swarms};
-use crate::swarm_parameters::{LookParameters, Parameters};
-use crate::swarm_tick::Swarm;
+use crate::device::{Swarms, TICK, buffer};
+use crate::parameters::Parameters;
+use crate::picture::{DrawnSwarm, SwarmLook};
 
 const DRAW: &str = include_str!("../shaders/draw.wgsl");
 
@@ -26,9 +25,43 @@ const ROWS: [Option<VertexBufferLayout<'_>>; 2] = [
     }),
 ];
 
-/// The swarms of a renderer.
-pub(crate) struct SwarmPainter {
-    pub swarms: Swarms,
+/// Draws the swarms of a frame. An adapter that cannot have them draws none: see [`Swarms::check`].
+#[derive(Clone, Debug)]
+pub struct SwarmLayer(pub Vec<DrawnSwarm>);
+
+impl SwarmLayer {
+    /// The swarms on the device, if a layer of swarms has kept them.
+    #[must_use]
+    pub fn swarms(kept: &Kept) -> Option<&Swarms> {
+        painter(kept).map(|painter| &painter.swarms)
+    }
+}
+
+fn painter(kept: &Kept) -> Option<&SwarmPainter> {
+    kept.as_ref()?.downcast_ref()
+}
+
+impl Layer for SwarmLayer {
+    fn prepare(&self, gpu: &Gpu, canvas: &Canvas<'_>, kept: &mut Kept) {
+        let mut painter = match kept.take().map(|kept| kept.downcast()) {
+            Some(Ok(painter)) => painter,
+            _ => Box::new(SwarmPainter::new(gpu, canvas)),
+        };
+        let fits = |drawn: &DrawnSwarm| Swarms::check(gpu, drawn.swarm.slots()).is_ok();
+        painter.follow(gpu, if self.0.iter().all(fits) { &self.0 } else { &[] });
+        *kept = Some(painter);
+    }
+
+    fn draw(&self, kept: &Kept, pass: &mut RenderPass<'_>) {
+        if let Some(painter) = painter(kept) {
+            painter.draw(pass);
+        }
+    }
+}
+
+/// What a [`SwarmLayer`] keeps.
+struct SwarmPainter {
+    swarms: Swarms,
     pipeline: wgpu::RenderPipeline,
     bindings: BindGroupLayout,
     /// For each swarm of the frame: the last tick, its look, and both bound.
@@ -36,50 +69,18 @@ pub(crate) struct SwarmPainter {
 }
 
 impl SwarmPainter {
-    pub fn new(
-        gpu: &Gpu,
-        globals: &BindGroupLayout,
-        shadow_map: &BindGroupLayout,
-        to: &Destination,
-    ) -> Self {
-        let device = &gpu.device;
-        let uniform = |binding| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility: ShaderStages::VERTEX,
-            ty: wgpu::BindingType::Buffer {
-                ty: wgpu::BufferBindingType::Uniform,
-                has_dynamic_offset: false,
-                min_binding_size: None,
-            },
-            count: None,
-        };
-        let bindings = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+    fn new(gpu: &Gpu, canvas: &Canvas<'_>) -> Self {
+        let uniform = |binding| uniform(binding, ShaderStages::VERTEX);
+        let bindings = gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some("swarm look"),
             entries: &[uniform(0), uniform(1)],
         });
-        let layout =
-            layout(device, "swarm picture", &[Some(globals), Some(shadow_map), Some(&bindings)]);
-        let drawing = Drawing {
-            label: "swarm",
-            shader: &module(device, "swarm picture", &[GLOBALS, SPRITE, SWARM, DRAW]),
-            vertex: "vs_swarm",
-            fragment: Some("fs_sprite"),
-            rows: &ROWS,
-            constants: &[to.srgb()],
-            topology: wgpu::PrimitiveTopology::TriangleStrip,
-            cull: None,
-            // As with sprites, a soft edge must not hide what is behind it.
-            writes_depth: false,
-            depth_compare: Some(CompareFunction::LessEqual),
-            depth_bias: wgpu::DepthBiasState::default(),
-            blend: Some(wgpu::BlendState::ALPHA_BLENDING),
-        };
-        let pipeline = drawing.pipeline(device, &layout, to);
+        let pipeline = canvas.sprites(gpu, &[TICK, DRAW], "vs_swarm", &ROWS, &bindings);
         Self { swarms: Swarms::new(gpu), pipeline, bindings, uniforms: Vec::new() }
     }
 
     /// Advances the device to the last tick of each of `swarms`, and sets the uniforms to their looks.
-    pub fn follow(&mut self, gpu: &Gpu, swarms: &[Swarm]) {
+    fn follow(&mut self, gpu: &Gpu, swarms: &[DrawnSwarm]) {
         self.swarms.follow(gpu, swarms);
         self.uniforms.truncate(swarms.len());
         while self.uniforms.len() < swarms.len() {
@@ -91,20 +92,14 @@ impl SwarmPainter {
             if let Some(last) = &device.last {
                 gpu.queue.write_buffer(tick, 0, bytes_of(last));
             }
-            gpu.queue.write_buffer(look, 0, bytes_of(&LookParameters::from(swarm.look)));
+            gpu.queue.write_buffer(look, 0, bytes_of(&swarm.look));
         }
     }
 
     fn uniforms(&self, gpu: &Gpu) -> (wgpu::Buffer, wgpu::Buffer, wgpu::BindGroup) {
-        let buffer = |size: usize| {
-            gpu.device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("swarm look"),
-                size: size as u64,
-                usage: BufferUsages::UNIFORM | BufferUsages::COPY_DST,
-                mapped_at_creation: false,
-            })
-        };
-        let (tick, look) = (buffer(size_of::<Parameters>()), buffer(size_of::<LookParameters>()));
+        let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
+        let buffer = |size: usize| buffer(gpu, "swarm look", usage, size as u64);
+        let (tick, look) = (buffer(size_of::<Parameters>()), buffer(size_of::<SwarmLook>()));
         let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("swarm look"),
             layout: &self.bindings,
@@ -116,7 +111,7 @@ impl SwarmPainter {
         (tick, look, group)
     }
 
-    pub fn draw(&self, pass: &mut RenderPass<'_>) {
+    fn draw(&self, pass: &mut RenderPass<'_>) {
         pass.set_pipeline(&self.pipeline);
         for (device, (_, _, group)) in self.swarms.devices().iter().zip(&self.uniforms) {
             if device.last.is_none() {

@@ -2,7 +2,10 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::swarm_tick::{SwarmLaws, SwarmLook, SwarmStepping, SwarmTick};
+use motion::{DampingModel, Method};
+
+use crate::laws::SwarmLaws;
+use crate::log::SwarmTick;
 
 const HAS_DRAG: u32 = 1;
 const REVERSED: u32 = 2;
@@ -42,7 +45,7 @@ pub(crate) struct Parameters {
     damping: u32,
     flags: u32,
     wells: u32,
-    substep: u32,
+    pub substep: u32,
     slots: u32,
     _pad: [u32; 2],
     well: [[f32; 8]; SwarmLaws::WELLS],
@@ -59,14 +62,20 @@ fn births([first, after]: [u64; 2], slots: u32) -> [u32; 4] {
     [a, b, c, d]
 }
 
+/// The number of a model of damping in the shaders; 0 is none.
+const fn number(model: DampingModel) -> u32 {
+    match model {
+        // Part of the rate of linear drag.
+        DampingModel::Exact => 0,
+        DampingModel::Tutorial => 1,
+        DampingModel::Clamped => 2,
+        DampingModel::Implicit => 3,
+    }
+}
+
 impl Parameters {
     /// The parameters of a tick of a swarm of `slots` slots, after the tick `last`.
-    pub fn new(
-        stepping: SwarmStepping,
-        slots: u32,
-        tick: &SwarmTick,
-        last: Option<&SwarmTick>,
-    ) -> Self {
+    pub fn new(method: Method, slots: u32, tick: &SwarmTick, last: Option<&SwarmTick>) -> Self {
         let last_births = last.map_or([0; 4], |last| births(last.births, slots));
         let last = last.unwrap_or(tick);
         let mut parameters = Self {
@@ -85,66 +94,34 @@ impl Parameters {
             last_substeps: last.substeps as f32,
             slots,
             ..Self::zeroed()
-        };
-        parameters.act(&tick.laws, tick.phase);
-        parameters.flags |= match stepping {
-            SwarmStepping::PositionVerlet => 0,
-            SwarmStepping::SemiImplicitEuler => KEEPS_VELOCITY,
-            SwarmStepping::VelocityVerlet => KEEPS_VELOCITY | VELOCITY_VERLET,
-        };
-        for (is, flag) in
-            [(tick.reversed, REVERSED), (tick.other_laws, RESTARTED), (!tick.born, BARREN)]
-        {
+        }
+        .under(&tick.laws, tick.phase);
+        for (is, flag) in [
+            (tick.reversed, REVERSED),
+            (tick.other_laws, RESTARTED),
+            (!tick.born, BARREN),
+            (method != Method::PositionVerlet, KEEPS_VELOCITY),
+            (method == Method::VelocityVerlet, VELOCITY_VERLET),
+        ] {
             parameters.flags |= if is { flag } else { 0 };
         }
         parameters
     }
 
-    /// The same parameters with the laws of another tick; `phase` is the phase of gusts at its start.
+    /// The same parameters under these laws; `phase` is the phase of gusts at the start of the tick.
     pub fn under(mut self, laws: &SwarmLaws, phase: f32) -> Self {
-        self.act(laws, phase);
-        self
-    }
-
-    /// The same parameters for a substep of the tick.
-    pub fn at(mut self, substep: u32) -> Self {
-        self.substep = substep;
-        self
-    }
-
-    fn act(&mut self, laws: &SwarmLaws, phase: f32) {
-        let SwarmLaws { constant, rate, drag, air, wave, turns, wells, damping } = laws;
+        let SwarmLaws { constant, rate, drag, wind, wells, damping } = laws;
         (self.constant, self.rate, self.phase) = (*constant, *rate, phase);
-        [self.mean, self.across, self.up] = *air;
-        (self.wave, self.turns) = (*wave, *turns);
-        [self.linear, self.quadratic] = drag.unwrap_or_default();
+        [self.linear, self.quadratic, self.turns] = drag.unwrap_or_default();
+        [self.mean, self.across, self.up, self.wave] = *wind;
         self.flags = self.flags & !HAS_DRAG | if drag.is_some() { HAS_DRAG } else { 0 };
         (self.damping, self.damping_rate) =
-            damping.map_or((0, 0.0), |(model, rate)| (model as u32, rate));
+            damping.map_or((0, 0.0), |(model, rate)| (number(model), rate));
         let wells = &wells[..wells.len().min(SwarmLaws::WELLS)];
         self.wells = wells.len() as u32;
         for (row, [x, y, z, strength, softening]) in self.well.iter_mut().zip(wells) {
             *row = [*x, *y, *z, *strength, *softening, 0.0, 0.0, 0.0];
         }
-    }
-}
-
-/// Mirrors `Look` in crates/swarm/shaders/draw.wgsl.
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-pub(crate) struct LookParameters {
-    anchor: [f32; 3],
-    radius: f32,
-    color: [f32; 4],
-    back: f32,
-    exposure: f32,
-    life: f32,
-    fades_in: f32,
-}
-
-impl From<SwarmLook> for LookParameters {
-    fn from(look: SwarmLook) -> Self {
-        let SwarmLook { anchor, radius_m, color, back, exposure_s, life_s, fades_in } = look;
-        Self { anchor, radius: radius_m, color, back, exposure: exposure_s, life: life_s, fades_in }
+        self
     }
 }

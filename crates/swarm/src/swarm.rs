@@ -1,15 +1,123 @@
-//! The system that enters the ticks of swarms into their logs.
+//! Swarms in a world: the component of an emitter, and the system that enters births, deaths and laws into the log.
 
+use std::sync::Arc;
+
+use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
+use bevy_ecs::world::DeferredWorld;
+use motion::clock::StepClock;
+use motion::snapshot::Off;
+use motion::units::Vector;
+use motion::{
+    DueParticles, Emitter, Method, ParticleBackend, Substeps, TimeStep, due_particles,
+    emitters_changed,
+};
 
-use crate::schedule::emission::carrier_state;
-use crate::schedule::swarm::{Swarm, SwarmLog, SwarmTick};
-use crate::schedule::swarm_laws::{SwarmLaws, single};
-use crate::state::clock::{StepClock, TimeStep};
-use crate::state::emitter::{Due, Emission, Emitter, RidesOn, Tick, birth_time};
-use crate::state::substeps::Substeps;
-use crate::state::switched_off::Off;
-use crate::units::Vector;
+use crate::laws::{SwarmLaws, single};
+use crate::log::{SwarmLog, SwarmTick};
+
+/// Puts the particles of an [`Emitter`], whose `pool` must be empty, on a graphics device. A component of the emitter's
+/// entity, which then has a [`SwarmLog`].
+///
+/// Positions are stored in single precision and count from `anchor`. A swarm obeys gravity, the laws of every body, each of
+/// which needs a [`device_form`](motion::Law::device_form), and damping. Springs, mutual gravity, own laws of bodies, a range and
+/// pushes do not act on a swarm, and ledgers leave it out.
+#[derive(Component, Clone, Debug, PartialEq)]
+#[component(immutable, on_insert = inserted, on_discard = emitters_changed)]
+#[require(SwarmLog)]
+pub struct Swarm {
+    /// One of [`Swarm::METHODS`].
+    pub method: Method,
+    /// Substeps per tick, from 1 to [`Substeps::MOST`]; `None` for those of the world.
+    pub substeps: Option<u32>,
+    /// The place from which positions count, m.
+    pub anchor: Vector,
+    /// Velocity at birth of the particle in each slot, m/s: particle number k is in slot `k % n` of n.
+    pub launches: Arc<[[f32; 3]]>,
+}
+
+/// Makes swarms a part of the ticks of `world`.
+fn inserted(mut world: DeferredWorld, context: HookContext) {
+    world.commands().insert_resource(BACKEND);
+    emitters_changed(world, context);
+}
+
+impl Swarm {
+    /// The methods of swarms. Position Verlet keeps two positions and no velocity, the others a position and a velocity.
+    pub const METHODS: [Method; 3] =
+        [Method::PositionVerlet, Method::SemiImplicitEuler, Method::VelocityVerlet];
+
+    /// Most particles that live at once in the swarm of a file.
+    pub const MOST: u64 = 4_000_000;
+
+    /// Bytes of a particle on the device: two rows of three numbers with the number of the particle, and the velocity with
+    /// which it is born.
+    pub const PARTICLE_BYTES: u64 = 2 * 16 + 12;
+
+    /// Most bytes of the states of all swarms that a device keeps for going back.
+    pub const KEPT_BYTES: u64 = 256 << 20;
+
+    /// Bytes that a step reads and writes per particle: two rows are read, and position Verlet writes one of them.
+    #[must_use]
+    pub fn bytes_per_step(&self) -> u64 {
+        if self.method == Method::PositionVerlet { 3 * 16 } else { 4 * 16 }
+    }
+
+    /// Bytes of all particles on the device, without the states that are kept for going back.
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
+        self.slots() * Self::PARTICLE_BYTES
+    }
+
+    /// The same swarm, whose particles are born with these velocities, m/s.
+    #[must_use]
+    pub fn born_with(&self, launches: impl Iterator<Item = Vector>) -> Self {
+        let launches = launches.map(|launch| single(launch.to_array())).collect();
+        Self { launches, ..self.clone() }
+    }
+
+    /// The same swarm, whose positions count from `anchor`, m.
+    #[must_use]
+    pub fn anchored_at(&self, anchor: Vector) -> Self {
+        Self { anchor, ..self.clone() }
+    }
+
+    /// Number of slots.
+    #[must_use]
+    pub fn slots(&self) -> u64 {
+        self.launches.len() as u64
+    }
+
+    /// # Panics
+    /// If no device can integrate it; the message says why.
+    fn check(&self, emitter: Option<&Emitter>) {
+        let Self { method, anchor, .. } = self;
+        assert!(
+            Self::METHODS.contains(method),
+            "a swarm cannot be integrated by {}; give one of `Swarm::METHODS`",
+            method.name()
+        );
+        if let Some(substeps) = self.substeps {
+            Substeps::check(substeps);
+        }
+        assert!(anchor.is_finite(), "the anchor of a swarm is at {anchor}; give a finite place");
+        let pool = emitter.map_or(0, |emitter| emitter.pool.len());
+        assert!(pool == 0, "the emitter of a swarm has {pool} bodies in its pool; leave it empty");
+    }
+}
+
+/// What swarms do in a world.
+const BACKEND: ParticleBackend = ParticleBackend {
+    prepare,
+    system: || advance_swarms.into_configs(),
+    reverse: |world| {
+        world.query::<&mut SwarmLog>().iter_mut(world).for_each(|mut log| log.reversed ^= true);
+    },
+    bytes: |world| {
+        let mut logs = world.try_query::<&SwarmLog>();
+        logs.iter_mut().flat_map(|logs| logs.iter(world)).map(SwarmLog::bytes).sum()
+    },
+};
 
 /// Enters the tick into the log of every swarm: births, deaths and laws.
 pub fn advance_swarms(
@@ -17,52 +125,33 @@ pub fn advance_swarms(
     swarms: &mut QueryState<(Entity, &Swarm)>,
     mut found: Local<Vec<(Entity, Swarm)>>,
 ) {
-    let clock = world.get_resource::<StepClock>().copied().unwrap_or_default();
+    let start = world.get_resource::<StepClock>().copied().unwrap_or_default().scene_seconds();
     let TimeStep(step) = world.get_resource().copied().unwrap_or(TimeStep(0.0));
-    let tick = Tick::next(clock, step);
-    let substeps = Substeps::count(world.get_resource());
+    let Substeps(substeps) = world.get_resource().copied().unwrap_or_default();
     found.extend(swarms.iter(world).map(|(entity, swarm)| (entity, swarm.clone())));
     for (entity, swarm) in found.drain(..) {
         let before =
             world.get::<SwarmLog>(entity).and_then(|log| log.ticks.back()).map(|tick| &tick.laws);
-        let (laws, phase) = SwarmLaws::of(world, swarm.anchor, tick.start, before);
-        let Ok(parts) = world.get_entity(entity) else { continue };
-        let on = parts.get::<Emitter>();
-        let off = parts.get::<Off<Emitter>>().map(|Off(emitter)| emitter);
-        let Some(emitter) = on.or(off).cloned() else {
-            // Its emitter was removed, and its particles with it.
-            if let Some(mut log) = world.get_mut::<SwarmLog>(entity) {
-                *log = SwarmLog::default();
-            }
-            continue;
-        };
-        let is_on = on.is_some();
-        let substeps = swarm.substeps.unwrap_or(substeps);
-        let carrier = parts.get::<RidesOn>().map(|carrier| carrier_state(world, *carrier));
-        let Some(mut emission) = world.get_mut::<Emission>(entity) else { continue };
-        let (Due { dead, births }, restarted) =
-            emission.advance_without_slots(&emitter, is_on, tick, swarm.slots());
-        let (at, velocity) = carrier.flatten().unwrap_or((Vector::ZERO, Vector::ZERO));
-        let first_birth = birth_time(&emitter, births.start) - tick.start;
-        let [step, first_birth, between] = single([step, first_birth, emitter.rate.recip()]);
+        let (laws, phase) = SwarmLaws::of(world, swarm.anchor, start, before);
+        let due = due_particles(world, entity, swarm.slots());
         let Some(mut log) = world.get_mut::<SwarmLog>(entity) else { continue };
-        if restarted {
+        // If its emitter was removed, so were its particles.
+        if due.as_ref().is_none_or(|due| due.restarted) {
             *log = SwarmLog::default();
         }
         // Nothing moves in a tick without a length.
-        if step == 0.0 {
-            continue;
-        }
+        let Some(due) = due.filter(|_| step != 0.0) else { continue };
+        let DueParticles { births, first_birth, between, dead, position, velocity, born, .. } = due;
+        let [step, first_birth, between] = single([step, first_birth, between]);
         log.enter(SwarmTick {
             key: 0,
             step,
-            substeps,
+            substeps: swarm.substeps.unwrap_or(substeps),
             births: [births.start, births.end],
-            // Without a carrier nothing is born.
-            born: carrier != Some(None),
+            born,
             first_birth,
             between,
-            source: single((emitter.position + at - swarm.anchor).to_array()),
+            source: single((position - swarm.anchor).to_array()),
             carried: single(velocity.to_array()),
             dead,
             other_laws: false,
@@ -77,14 +166,8 @@ pub fn advance_swarms(
 ///
 /// # Panics
 /// If a number of a swarm is out of its range.
-pub(crate) fn prepare(world: &mut World) -> bool {
+fn prepare(world: &mut World) -> bool {
     let mut swarms = world.query::<(&Swarm, Option<&Emitter>, Option<&Off<Emitter>>)>();
-    let mut some = false;
-    for (swarm, on, off) in swarms.iter(world) {
-        if let Some(emitter) = on.or(off.map(|Off(emitter)| emitter)) {
-            swarm.check(emitter);
-        }
-        some = true;
-    }
-    some
+    let swarms = swarms.iter(world);
+    swarms.map(|(swarm, on, off)| swarm.check(on.or(off.map(|off| &off.0)))).count() > 0
 }

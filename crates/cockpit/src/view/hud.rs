@@ -237,7 +237,7 @@ fn notices<'a>(
 /// The number of bodies and of particles on the graphics device, in words.
 pub(crate) fn bodies(stage: &Stage) -> String {
     let bodies = stage.sim().bodies.len();
-    let particles = stage.sim().scene.swarm_particles();
+    let particles = stage.sim().scene.particles_on_device();
     let more = if particles > 0 { format!(", {particles} particles") } else { String::new() };
     format!("{bodies} {}{more}", if bodies == 1 { "body" } else { "bodies" })
 }

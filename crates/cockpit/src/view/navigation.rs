@@ -179,9 +179,9 @@ fn extent(stage: &Stage) -> Option<(DVec3, f64)> {
         Some((stage.drawn_position(*thing)?, radius)).filter(|(place, _)| place.is_finite())
     });
     let whole = stage.selection().is_none();
-    let swarms = stage.sim().scene.emitters.iter().filter(|_| whole);
+    let emitters = stage.sim().scene.emitters.iter().filter(|_| whole);
     let balls: Vec<_> =
-        balls.chain(swarms.filter_map(|emitter| reach(&stage.sim().scene, emitter))).collect();
+        balls.chain(emitters.filter_map(|emitter| reach(&stage.sim().scene, emitter))).collect();
     let least = balls.iter().map(|(place, radius)| *place - *radius).reduce(DVec3::min)?;
     let most = balls.iter().map(|(place, radius)| *place + *radius).reduce(DVec3::max)?;
     let middle = (least + most) / 2.0;
@@ -199,7 +199,7 @@ pub(crate) fn distance_of(scene: &Scene) -> f64 {
 /// or half their way.
 fn reach(scene: &Scene, emitter: &EmitterSpec) -> Option<(DVec3, f64)> {
     // All are thrown equally fast.
-    let speed = Vec3::from(*emitter.swarm.as_ref()?.launches.first()?).length();
+    let speed = Vec3::from(*emitter.on_device.as_ref()?.launches.first()?).length();
     let gravity = scene.gravity.map_or(0.0, |gravity| gravity.acceleration.length());
     let carrier = emitter.rides_on.and_then(|body| scene.bodies.get(body as usize));
     let place = emitter.position + carrier.map_or(DVec3::ZERO, |body| body.position);
@@ -210,8 +210,8 @@ fn reach(scene: &Scene, emitter: &EmitterSpec) -> Option<(DVec3, f64)> {
 /// Middle of the places of all that moves at the start of a scene, and half the diagonal of the box around them, m.
 pub(super) fn extent_at_start(scene: &Scene) -> Option<(DVec3, f64)> {
     let moves = |body: &&BodySpec| body.inverse_mass.is_some_and(|inverse| inverse > 0.0);
-    let swarms = || scene.emitters.iter().filter_map(|emitter| reach(scene, emitter));
-    let ends = || swarms().flat_map(|(place, reach)| [place - reach, place + reach]);
+    let reaches = || scene.emitters.iter().filter_map(|emitter| reach(scene, emitter));
+    let ends = || reaches().flat_map(|(place, reach)| [place - reach, place + reach]);
     let places = || scene.bodies.iter().filter(moves).map(|body| body.position).chain(ends());
     let (least, most) = (places().reduce(DVec3::min), places().reduce(DVec3::max));
     least.zip(most).map(|(least, most)| ((least + most) / 2.0, most.distance(least) / 2.0))

@@ -103,7 +103,7 @@ impl View {
         self.add_soft_bodies(stage, &mut frame, ratio, hovered);
         self.add_springs(stage, &mut frame, ratio);
         self.add_particles(stage, &mut frame, hovered);
-        self.add_swarms(stage, &mut frame);
+        self.add_particles_on_device(stage, &mut frame);
         frame
     }
 

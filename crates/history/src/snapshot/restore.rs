@@ -8,11 +8,11 @@ use motion::effects::Effect;
 use motion::snapshot::{self, RestoreError};
 use motion::{
     Emission, Evaluations, Fault, PhysicsBody, Push, QuarantineRecord, StableId, Stepper, Substeps,
-    SwarmLog, TimeStep,
+    TimeStep,
 };
 use scene::{FileIndex, Scene, unsolvable};
 
-use super::{IdRanges, Snapshot};
+use super::{IdRanges, Log, Snapshot};
 use crate::simulation::Simulation;
 
 /// Largest count of evaluations in a snapshot: no run comes near it, and no run that continues from it overflows a
@@ -111,9 +111,13 @@ impl Snapshot {
     }
 
     /// The snapshot with stable ids replaced by entities of `world`, which has the `bodies` of the scene.
-    fn of_world(&self, world: &mut World, bodies: &[Entity]) -> snapshot::Snapshot {
+    fn of_world(
+        &self,
+        world: &mut World,
+        bodies: &[Entity],
+    ) -> snapshot::Snapshot<Entity, Vec<Entity>, Log> {
         let emissions = of_emitters::<Emission, _>(world, &self.state.emissions);
-        let swarms = of_emitters::<SwarmLog, _>(world, &self.state.swarms);
+        let logs = of_emitters::<Log, _>(world, &self.state.logs);
         let body = |id: u32| bodies.get(id as usize).copied();
         let there = |id: u32| body(id).filter(|body| world.get_entity(*body).is_ok());
         let moves = |id: u32| there(id).filter(|body| world.get::<PhysicsBody>(*body).is_some());
@@ -137,15 +141,8 @@ impl Snapshot {
         let list = |ranges: IdRanges| ranges.ids().filter_map(body).collect();
         let state = self.state.clone().rename(list, moves, |_| None, record);
         let substeps = Substeps(state.substeps.0.max(1));
-        let mut state = snapshot::Snapshot {
-            substeps,
-            emissions,
-            swarms,
-            pushes,
-            sustained,
-            requests,
-            ..state
-        };
+        let mut state =
+            snapshot::Snapshot { substeps, emissions, logs, pushes, sustained, requests, ..state };
         for (_, own) in &mut state.own_substeps {
             own.0 = own.0.clamp(1, Substeps::MOST);
         }

@@ -4,7 +4,7 @@ use bevy_ecs::change_detection::Tick;
 use bevy_ecs::prelude::*;
 use bevy_ecs::system::SystemParam;
 
-use super::{Gravity, Law, Laws, with_world_laws};
+use super::{DeviceForm, Gravity, Law, Laws, with_world_laws};
 
 /// A law that is a resource of a world.
 pub(crate) trait WorldLaw: Resource + Clone + Law {
@@ -182,4 +182,20 @@ impl<'a> SharedLaws<'a> {
     pub fn called(self) -> impl Iterator<Item = &'a dyn Law> {
         self.all().filter(|law| law.affine().is_none())
     }
+}
+
+/// The formulas of gravity and the laws of every body of `world`, for particles that a graphics device integrates.
+///
+/// # Panics
+/// If a law has no [`device_form`](Law::device_form).
+pub fn device_forms(world: &World) -> impl Iterator<Item = DeviceForm<'_>> {
+    let laws = SharedLaws::of(world).on_body(world.get_resource(), false, &[]);
+    laws.map(|law| {
+        law.device_form().unwrap_or_else(|| {
+            panic!(
+                "the law `{}` has no form for a graphics device; give it a `device_form`, or the emitter a pool of bodies",
+                law.name()
+            )
+        })
+    })
 }

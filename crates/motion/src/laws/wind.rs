@@ -31,7 +31,8 @@ impl Wind {
     }
 
     /// The velocity field at `time`, s.
-    pub(crate) fn air(&self, time: f64) -> Air {
+    #[must_use]
+    pub fn air(&self, time: f64) -> Air {
         let turns = std::f64::consts::TAU * self.gust_hz;
         let along = self.along();
         let across = Vector::Y.cross(along);
@@ -60,24 +61,30 @@ const STILL: Scalar = 1e-6;
 
 /// The velocity field of the air at one time: everything that does not depend on the position is computed.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Air {
+pub struct Air {
+    /// The mean wind, m/s.
     pub mean: Vector,
+    /// Amplitude of the gusts along e, m/s.
     pub across: Vector,
+    /// Amplitude of the gusts along up, m/s.
     pub up: Vector,
     /// Wave vector of the gusts, rad/m.
     pub wave: Vector,
     /// Phase at the origin, rad.
     phase: f64,
+    /// Whether there are no gusts.
     pub steady: bool,
 }
 
 impl Air {
     /// Phase of the gusts at `position`, m, in rad.
+    #[must_use]
     pub fn phase(&self, position: Vector) -> f64 {
         self.phase - position.dot(self.wave)
     }
 
     /// Velocity of the air at `position`, m/s.
+    #[must_use]
     pub fn at(&self, position: Vector) -> Vector {
         if self.steady {
             return self.mean;
@@ -87,7 +94,7 @@ impl Air {
     }
 
     /// Derivative a b^T of the velocity by position, 1/s, as the vectors a and b.
-    pub fn gradient(&self, position: Vector) -> (Vector, Vector) {
+    pub(crate) fn gradient(&self, position: Vector) -> (Vector, Vector) {
         let phase = self.phase(position);
         (self.across * libm::cos(phase) + self.up * libm::cos(phase + phase), -self.wave)
     }

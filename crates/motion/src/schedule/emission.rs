@@ -4,16 +4,18 @@
 //! the tick is integrated, because at its end it no longer lives. A particle that is born in the tick starts at its
 //! emitter with its launch velocity, and is integrated over the rest of the tick.
 
+use std::ops::Range;
+
 use bevy_ecs::entity::EntityHashSet;
 use bevy_ecs::prelude::*;
 
-use crate::schedule::swarm::Swarm;
 use crate::state::archetypes::collect;
 use crate::state::clock::{StepClock, TimeStep};
 use crate::state::components::{PhysicsBody, Quarantined, Transform};
 use crate::state::disabled::is_disabled;
 use crate::state::emitter::{
-    Dormant, Emission, Emissions, Emitter, EmittersChanged, Particle, RidesOn, Tick,
+    Dormant, Due, Emission, Emissions, Emitter, EmittersChanged, Particle, RidesOn, Tick,
+    birth_time,
 };
 use crate::state::method_state::{LastAcceleration, LastStep};
 use crate::state::previous_position::PreviousPosition;
@@ -102,8 +104,11 @@ type Emitters = (
     &'static mut Emission,
 );
 
-/// Filter of emitters whose particles are bodies.
-type WithBodies = Without<Swarm>;
+/// The tick that is about to be integrated.
+fn coming_tick(world: &World) -> Tick {
+    let clock = world.get_resource::<StepClock>().copied().unwrap_or_default();
+    Tick::next(clock, world.get_resource::<TimeStep>().map_or(0.0, |step| step.0))
+}
 
 /// Emits the particles that are due in the tick, and makes those dormant whose life ends in it.
 ///
@@ -111,15 +116,17 @@ type WithBodies = Without<Swarm>;
 /// the particle is born again. A slot whose body was quarantined or removed stays empty.
 pub fn emit_particles(
     world: &mut World,
-    emitters: &mut QueryState<Emitters, WithBodies>,
+    emitters: &mut QueryState<Emitters>,
     mut changes: Local<Vec<ParticleChange>>,
 ) {
-    let clock = world.get_resource::<StepClock>().copied().unwrap_or_default();
-    let tick = Tick::next(clock, world.get_resource::<TimeStep>().map_or(0.0, |step| step.0));
+    let tick = coming_tick(world);
     changes.clear();
     let mut over = true;
     for (on, off, carrier, mut emission) in emitters.iter_mut(world) {
         let Some(emitter) = on.or(off.map(|Off(emitter)| emitter)) else { continue };
+        if emitter.pool.is_empty() && emission.living() == 0 {
+            continue;
+        }
         let Emitter { position, inverse_mass, pool, launches, .. } = emitter;
         emission.advance(emitter, on.is_some(), tick, |slot, born| {
             changes.push(ParticleChange {
@@ -148,6 +155,52 @@ pub fn emit_particles(
     changes.drain(..).for_each(|change| change.apply(world, tick.start));
 }
 
+/// The particles of an emitter with an empty pool that are born and die in a tick.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DueParticles {
+    /// The particles that are due.
+    pub births: Range<u64>,
+    /// Time of the first birth, s from the start of the tick.
+    pub first_birth: Scalar,
+    /// Time from birth to birth, s.
+    pub between: Scalar,
+    /// Particles below this number are dead at the end of the tick.
+    pub dead: u64,
+    /// Whether the scene was restarted, so that no earlier particle lives.
+    pub restarted: bool,
+    /// Position of a birth at the start of the tick, m.
+    pub position: Vector,
+    /// Velocity of the body on which the emitter rides, m/s.
+    pub velocity: Vector,
+    /// Whether the due particles are born; they are not while the body on which the emitter rides is away.
+    pub born: bool,
+}
+
+/// Advances an emitter with an empty pool, whose particles share `slots` slots, by the coming tick, for a
+/// [`ParticleBackend`](crate::ParticleBackend). `None` if the entity is no emitter, on or off.
+pub fn due_particles(world: &mut World, entity: Entity, slots: u64) -> Option<DueParticles> {
+    let tick = coming_tick(world);
+    let parts = world.get_entity(entity).ok()?;
+    let (on, off) = parts.get_components::<(Option<&Emitter>, Option<&Off<Emitter>>)>().ok()?;
+    let emitter = on.or(off.map(|Off(emitter)| emitter))?.clone();
+    let is_on = on.is_some();
+    let carrier = parts.get::<RidesOn>().map(|carrier| carrier_state(world, *carrier));
+    let (position, velocity) = carrier.flatten().unwrap_or_default();
+    let mut emission = world.get_mut::<Emission>(entity)?;
+    let restarted = emission.begin(&emitter, tick);
+    let Due { dead, births } = emission.take_due(&emitter, is_on, tick, slots);
+    Some(DueParticles {
+        first_birth: birth_time(&emitter, births.start) - tick.start,
+        between: emitter.rate.recip(),
+        births,
+        dead,
+        restarted,
+        position: emitter.position + position,
+        velocity,
+        born: carrier != Some(None),
+    })
+}
+
 /// Makes the particles dormant that are in none of the `pools`: their emitter was removed.
 fn retire(world: &mut World, pools: &EntityHashSet) {
     let mut particles = world.query_filtered::<(Entity, Has<Quarantined>), With<Particle>>();
@@ -166,9 +219,7 @@ pub(crate) fn orphans(world: &World) -> Vec<Entity> {
     if world.get_resource::<EmittersChanged>().is_some_and(|changed| !changed.0) {
         return Vec::new();
     }
-    let mut emitters = world
-        .try_query_filtered::<Emitters, WithBodies>()
-        .expect("a stepper has prepared the pools");
+    let mut emitters = world.try_query::<Emitters>().expect("a stepper has prepared the pools");
     let mut living = EntityHashSet::default();
     for (on, off, _, emission) in emitters.iter(world) {
         let pool = on.or(off.map(|Off(emitter)| emitter)).map_or(&[][..], |emitter| &emitter.pool);
@@ -183,14 +234,14 @@ pub(crate) fn orphans(world: &World) -> Vec<Entity> {
     })
 }
 
-/// Prepares pools: marks their bodies as [`Particle`]s, [`Dormant`] unless they live. Returns whether there are emitters,
-/// or living particles of emitters that are off.
+/// Prepares pools: marks their bodies as [`Particle`]s, [`Dormant`] unless they live. Returns whether there are emitters with
+/// bodies, or living particles of emitters that are off.
 pub(crate) fn prepare(world: &mut World) -> bool {
     let mut pools = Vec::new();
     let mut emits = false;
-    let mut emitters = world.query_filtered::<Emitters, WithBodies>();
+    let mut emitters = world.query::<Emitters>();
     for (on, off, _, mut emission) in emitters.iter_mut(world) {
-        emits |= on.is_some() || emission.living() > 0;
+        emits |= on.is_some_and(|on| !on.pool.is_empty()) || emission.living() > 0;
         if let Some(emitter) = on.or(off.map(|Off(emitter)| emitter)) {
             emitter.check();
             emission.fit(emitter);

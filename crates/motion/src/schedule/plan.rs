@@ -10,7 +10,8 @@ use crate::laws::{MutualGravity, RidingWells, SharedLaws, riding_well};
 use crate::methods::markers::{OwnMethod, is_marked};
 use crate::methods::table::Method;
 use crate::methods::{Integrator, with_method};
-use crate::schedule::{emission, swarms};
+use crate::schedule::backend::ParticleBackend;
+use crate::schedule::emission;
 use crate::state::archetypes::{contains, may_exist};
 use crate::state::components::{AxisLocks, PhysicsBody, SpeedLimit};
 use crate::state::coupling::Grouped;
@@ -76,8 +77,8 @@ pub struct StepPlan {
     pub groups: Vec<Option<Method>>,
     /// Whether there are emitters, or particles that still live.
     pub emits: bool,
-    /// Whether there are [swarms](crate::Swarm).
-    pub swarms: bool,
+    /// Whether a [`ParticleBackend`] keeps particles.
+    pub backend: bool,
     /// Whether wells ride on bodies.
     pub carries_wells: bool,
     /// Whether laws are called for every body and none of them depends on velocity: methods that can use an acceleration
@@ -114,7 +115,8 @@ impl StepPlan {
     /// [`StepPlan::of`] with `outside` in place of `method`, if there is one.
     pub(crate) fn with(world: &mut World, method: Method, outside: Option<OutsideMethod>) -> Self {
         let inputs = PlanInputs::of(world);
-        let (emits, swarms) = (emission::prepare(world), swarms::prepare(world));
+        let emits = emission::prepare(world);
+        let backend = ParticleBackend::with(world, |backend, world| (backend.prepare)(world));
         let carries_wells = riding_well::prepare(world);
         update_groups(world, true);
         let bodies = world.query::<&PhysicsBody>().iter(world).len();
@@ -150,7 +152,7 @@ impl StepPlan {
             grouped_only,
             groups,
             emits,
-            swarms,
+            backend,
             carries_wells,
             caches_accelerations,
             outside,

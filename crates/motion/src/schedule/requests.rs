@@ -7,9 +7,9 @@ use bevy_ecs::prelude::*;
 use crate::laws::Gravity;
 use crate::laws::damping::Damping;
 use crate::methods::table::Method;
+use crate::schedule::backend::ParticleBackend;
 use crate::schedule::effects::{Effect, switch};
 use crate::schedule::restart::{end_half_steps, restart_bodies, set_body_method};
-use crate::schedule::swarm::SwarmLog;
 use crate::state::components::{PhysicsBody, Quarantined, Transform};
 use crate::state::coupling::CouplingChanged;
 use crate::state::method_state::LastStep;
@@ -145,10 +145,7 @@ pub(crate) fn carry_out(world: &mut World) -> bool {
                         last.0 = -last.0;
                     }
                 }
-                world
-                    .query::<&mut SwarmLog>()
-                    .iter_mut(world)
-                    .for_each(|mut log| log.reversed ^= true);
+                ParticleBackend::with(world, |backend, world| (backend.reverse)(world));
             }
             Request::SetGravity(acceleration) => {
                 end_half_steps(world);

@@ -14,9 +14,9 @@ use crate::laws::own::OwnLaws;
 use crate::laws::riding_well::carry_wells;
 use crate::methods::table::Method;
 use crate::methods::{ExplicitEuler, MethodStateKind, SemiImplicitEuler};
+use crate::schedule::backend::ParticleBackend;
 use crate::schedule::emission::emit_particles;
 use crate::schedule::plan::{Passes, StepPlan};
-use crate::schedule::swarms::advance_swarms;
 use crate::state::clock::{StepClock, TimeStep};
 use crate::state::components::{PhysicsBody, Quarantined};
 use crate::state::coupling::Grouped;
@@ -62,7 +62,7 @@ pub fn step_schedule(world: &mut World, plan: &StepPlan) -> Schedule {
 
 /// Compiles the schedule that [`StepSystems::Integrate`] runs.
 pub(crate) fn inner_schedule(world: &mut World, plan: &StepPlan) -> Schedule {
-    schedule_of(births(plan).chain(integration(world, plan)))
+    schedule_of(births(world, plan).into_iter().chain(integration(world, plan)))
 }
 
 fn schedule_of(systems: impl IntoIterator<Item = ScheduleConfigs<ScheduleSystem>>) -> Schedule {
@@ -82,7 +82,7 @@ fn schedule_of(systems: impl IntoIterator<Item = ScheduleConfigs<ScheduleSystem>
 /// The systems of one tick of `world`, in the order in which they run.
 #[must_use]
 pub fn step_systems(world: &mut World, plan: &StepPlan) -> Vec<ScheduleConfigs<ScheduleSystem>> {
-    let mut systems: Vec<_> = births(plan).collect();
+    let mut systems = births(world, plan);
     systems.push(apply_forces.into_configs());
     systems.extend(integration(world, plan));
     systems.extend([clear_forces.into_configs(), quarantine_bodies.into_configs()]);
@@ -90,9 +90,10 @@ pub fn step_systems(world: &mut World, plan: &StepPlan) -> Vec<ScheduleConfigs<S
 }
 
 /// The systems of births and deaths.
-fn births(plan: &StepPlan) -> impl Iterator<Item = ScheduleConfigs<ScheduleSystem>> + use<> {
+fn births(world: &World, plan: &StepPlan) -> Vec<ScheduleConfigs<ScheduleSystem>> {
     let particles = plan.emits.then(|| emit_particles.into_configs());
-    particles.into_iter().chain(plan.swarms.then(|| advance_swarms.into_configs()))
+    let backend = world.get_resource::<ParticleBackend>().filter(|_| plan.backend);
+    particles.into_iter().chain(backend.map(|backend| (backend.system)())).collect()
 }
 
 /// The systems that change velocities and positions.

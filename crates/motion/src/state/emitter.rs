@@ -40,7 +40,7 @@ pub struct Emitter {
     /// Position at which particles are born, m.
     pub position: Vector,
     /// The pool of bodies, each of which is in no other pool. The first tick makes each of them a [`Particle`], [`Dormant`] until
-    /// it is born.
+    /// it is born. Empty if a [`ParticleBackend`](crate::ParticleBackend) keeps the particles.
     pub pool: Vec<Entity>,
     /// Velocity at birth of each body of the pool, m/s; at least as many as there are bodies.
     pub launches: Vec<Vector>,
@@ -95,7 +95,9 @@ fn dormant_changed(world: DeferredWorld, context: HookContext) {
 #[derive(Resource, Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct EmittersChanged(pub bool);
 
-pub(crate) fn emitters_changed(mut world: DeferredWorld, _: HookContext) {
+/// Has the pools of emitters prepared again before the next tick. A hook, also for the components of a
+/// [`ParticleBackend`](crate::ParticleBackend).
+pub fn emitters_changed(mut world: DeferredWorld, _: HookContext) {
     if let Some(mut changed) = world.get_resource_mut::<EmittersChanged>() {
         changed.0 = true;
     }
@@ -280,22 +282,9 @@ impl Emission {
         }
     }
 
-    /// Advances an emission without slots by a tick, of an emitter whose particles share `count` slots of their own. Returns
-    /// what is due, and whether the scene was restarted, so that no particle lives.
-    pub(crate) fn advance_without_slots(
-        &mut self,
-        emitter: &Emitter,
-        is_on: bool,
-        tick: Tick,
-        count: u64,
-    ) -> (Due, bool) {
-        let restarted = self.begin(emitter, tick);
-        (self.take_due(emitter, is_on, tick, count), restarted)
-    }
-
     /// Begins a tick: skips the births that were due in ticks that passed without a call. Returns whether the scene was
     /// restarted.
-    fn begin(&mut self, emitter: &Emitter, Tick { number, start, .. }: Tick) -> bool {
+    pub(crate) fn begin(&mut self, emitter: &Emitter, Tick { number, start, .. }: Tick) -> bool {
         match self.seen.replace((number, start)) {
             Some((then, at)) if start < at || start == 0.0 && number > then => {
                 (self.next, self.oldest) = (0, 0);
@@ -308,8 +297,14 @@ impl Emission {
         false
     }
 
-    /// The deaths and births of the tick.
-    fn take_due(&mut self, emitter: &Emitter, is_on: bool, tick: Tick, count: u64) -> Due {
+    /// The deaths and births of the tick, of an emitter whose particles share `count` slots.
+    pub(crate) fn take_due(
+        &mut self,
+        emitter: &Emitter,
+        is_on: bool,
+        tick: Tick,
+        count: u64,
+    ) -> Due {
         let due = born_before(emitter, tick.end);
         let dead = dead_at(emitter, tick.end).min(due);
         let first = if is_on { self.next.max(dead).max(due.saturating_sub(count)) } else { due };

@@ -17,7 +17,7 @@ impl Substeps {
 
     /// # Panics
     /// If `count` is 0 or above [`Substeps::MOST`].
-    pub(crate) fn check(count: u32) {
+    pub fn check(count: u32) {
         let most = Self::MOST;
         assert!(
             (1..=most).contains(&count),

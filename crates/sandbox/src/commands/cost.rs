@@ -7,7 +7,7 @@ use lab::cost::{
     Bench, FORMAT, Machine, PROBLEMS, Plan, Report, Study, Subject, problem,
     take_real_time_priority,
 };
-use scene::{BodySpec, Scene, shown};
+use scene::shown;
 
 use crate::args::{bodies, check_study, positive};
 use crate::commands::list::Format;
@@ -19,7 +19,7 @@ use crate::output::files::{
     how_to_continue, nothing_to_continue, read_record, refuse_foreign_files, say_how_to_continue,
     sealed, study_folder, write,
 };
-use crate::output::on_device::has_swarms;
+use crate::output::on_device::refuse_alone;
 use crate::output::progress::Progress;
 
 pub(super) const EXAMPLES: &str = "\
@@ -143,15 +143,6 @@ fn names(args: &CostArgs) -> Vec<&str> {
     }
 }
 
-/// Refuses a scene in which nothing moves but particles on the graphics device: no study covers these.
-pub(crate) fn refuse_swarms_alone(scene: &Scene) -> Result<(), Failure> {
-    if has_swarms(scene) && !scene.bodies.iter().any(BodySpec::is_movable) {
-        let what = "particles on the graphics device are in no study, and no body of it can move; give on: cpu";
-        return Err(Failure::Usage(format!("{}: {what}", scene.name)));
-    }
-    Ok(())
-}
-
 /// Loads the problems and scenes called `names`.
 fn subjects(
     names: &[&str],
@@ -163,7 +154,7 @@ fn subjects(
         None => match files.scene(name) {
             Ok(scene) => {
                 check_study(&scene, seconds)?;
-                refuse_swarms_alone(&scene)?;
+                refuse_alone(&scene)?;
                 Ok(Subject::of_scene(scene, seconds))
             }
             Err(error) => {

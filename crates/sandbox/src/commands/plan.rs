@@ -3,7 +3,6 @@
 use clap::Args;
 use history::Overrides;
 use motion::{LawTexts, Method};
-use render::Swarms;
 use scene::{Scene, StepKind, byte_words, shown};
 
 use crate::args::{SceneName, method};
@@ -13,7 +12,6 @@ use crate::output::show;
 use cockpit::app::session::Session;
 use cockpit::methods::cost;
 use cockpit::stage::options::{Options, check};
-use cockpit::view::on_device::stepping;
 
 pub(super) const EXAMPLES: &str = "\
 Example:
@@ -83,17 +81,17 @@ pub fn text(scene: Scene, overrides: Overrides) -> String {
             if method == Method::ExplicitEuler { [halves[1], halves[0]] } else { halves };
         plan += &format!("     ( {first}, then {second}, one pass over memory, equal bits )\n");
     }
-    for (_, emitter, swarm) in session.stage.sim().scene.swarms() {
-        let (particles, substeps) =
-            (swarm.launches.len() as u64, swarm.substeps.unwrap_or(scene_substeps));
+    for emitter in &session.stage.sim().scene.emitters {
+        let Some(swarm) = &emitter.on_device else { continue };
+        let (particles, substeps) = (swarm.slots(), swarm.substeps.unwrap_or(scene_substeps));
         plan += &format!(
             "     ( on the graphics device: `{}`, {particles} particles, {}, {substeps} dispatch{} per tick, {} bytes per particle and \
              dispatch, {} )\n",
             emitter.name,
             swarm.method.claims().title,
             if substeps == 1 { "" } else { "es" },
-            stepping(swarm.method).bytes_per_step(),
-            byte_words(Swarms::bytes(particles)),
+            swarm.bytes_per_step(),
+            byte_words(swarm.bytes()),
         );
     }
     plan

@@ -12,13 +12,13 @@ use report::numbers::{NONE, digits};
 use xxhash_rust::xxh3::xxh3_64;
 
 use crate::args::{SceneName, check_seconds, cores, once, positive, threads};
-use crate::commands::cost::refuse_swarms_alone;
 use crate::commands::list::Format;
 use crate::failure::Failure;
 use crate::output::command_files::CommandFiles;
 use crate::output::files::{
     how_to_continue, nothing_to_continue, refuse_foreign_files, say_how_to_continue, study_folder,
 };
+use crate::output::on_device::refuse_alone;
 use crate::output::progress::runs_bar;
 use crate::output::runs::{self, Journal};
 use crate::output::{show, tell};
@@ -75,7 +75,7 @@ const PRINTED: u64 = 10_000;
 pub(crate) fn run(args: &SweepArgs) -> Result<(), Failure> {
     let mut files = CommandFiles::default();
     let scene = files.named_scene(&args.scene)?;
-    refuse_swarms_alone(&scene)?;
+    refuse_alone(&scene)?;
     check_seconds(args.seconds, scene.step_hz)?;
     let plan =
         Plan { axes: args.axes.clone(), seconds: args.seconds, measures: once(&args.measures) };

@@ -1,24 +1,27 @@
-//! Swarms without a window: their device, and their part of the summary of a run.
+//! Particles on the graphics device without a window: their device, and their part of the summary of a run.
 
-use render::{Gpu, RenderError, Swarm, SwarmParticle, SwarmTick, Swarms};
+use cockpit::stage::Stage;
+use cockpit::view::on_device::swarms;
+use render::Gpu;
 use report::numbers::long_duration;
-use scene::Scene;
+use scene::{BodySpec, Scene};
 use serde_json::{Value, json};
+use swarm::{DrawnSwarm, SwarmError, SwarmLayer, SwarmParticle, SwarmTick, Swarms};
 use xxhash_rust::xxh3::Xxh3;
 
 use crate::failure::Failure;
 use crate::output::pictures::{Camera, headless};
-use cockpit::stage::Stage;
-use cockpit::view::on_device::all_swarms;
+use crate::output::report::Summary;
+use crate::output::tell;
 
 /// The device of a run that draws no pictures.
-pub(crate) struct SwarmDevice {
+pub(crate) struct Device {
     pub gpu: Gpu,
     swarms: Swarms,
 }
 
-impl SwarmDevice {
-    /// Opens a device for the swarms of `scene`.
+impl Device {
+    /// Opens a device for the particles of `scene`.
     pub fn open(scene: &Scene) -> Result<Self, Failure> {
         let gpu = headless()?;
         check(&gpu, scene)?;
@@ -26,20 +29,19 @@ impl SwarmDevice {
     }
 }
 
-/// Whether a scene has swarms.
-pub(crate) fn has_swarms(scene: &Scene) -> bool {
-    scene.swarms().next().is_some()
+/// Whether a scene has particles on the graphics device.
+pub(crate) fn has_particles(scene: &Scene) -> bool {
+    scene.on_device().next().is_some()
 }
 
-/// Checks that the adapter can hold the swarms of `scene`.
+/// Checks that the adapter can hold the particles of `scene`.
 pub(crate) fn check(gpu: &Gpu, scene: &Scene) -> Result<(), Failure> {
-    for (i, _, swarm) in scene.swarms() {
-        let checked = gpu.check_swarm(swarm.launches.len() as u64);
-        checked.map_err(|error| {
+    for (i, emitter) in scene.on_device() {
+        Swarms::check(gpu, emitter.particles_on_device() as u64).map_err(|error| {
             let what = format!("{}: emitters[{i}].on: {error}", scene.name);
             match error {
-                RenderError::Swarm { .. } => Failure::Usage(what),
-                _ => Failure::NoAdapter(what),
+                SwarmError::TooLarge { .. } => Failure::Usage(what),
+                SwarmError::NoCompute { .. } => Failure::NoAdapter(what),
             }
         })?;
     }
@@ -52,9 +54,9 @@ const DRAWN_IN_SOFTWARE_S: f64 = 0.8e-6;
 /// Time of a picture of particles above which it is announced, s.
 const SLOW_S: f64 = 0.1;
 
-/// A warning, with a cure, if pictures of the swarms of `scene` take long because they are drawn in software.
+/// A warning, with a cure, if pictures of the particles of `scene` take long because they are drawn in software.
 pub(crate) fn slow_words(gpu: &Gpu, scene: &Scene) -> Option<String> {
-    let particles = scene.swarm_particles();
+    let particles = scene.particles_on_device();
     #[expect(clippy::cast_precision_loss, reason = "millions of particles")]
     let seconds = particles as f64 * DRAWN_IN_SOFTWARE_S;
     let [all, tenth] = [seconds, seconds / 10.0].map(long_duration);
@@ -69,50 +71,83 @@ pub(crate) fn slow_words(gpu: &Gpu, scene: &Scene) -> Option<String> {
 
 /// Refuses rows of particles that are on a device.
 pub(crate) fn refuse_rows(scene: &Scene) -> Result<(), Failure> {
-    scene.swarms().next().map_or(Ok(()), |(i, ..)| {
+    scene.on_device().next().map_or(Ok(()), |(i, _)| {
         let what = "its particles are on the graphics device and have no rows for --state";
         let cure = "give on: cpu, or leave --state out";
         Err(Failure::Usage(format!("{}: emitters[{i}]: {what}; {cure}", scene.name)))
     })
 }
 
-/// The swarms of `stage` in the summary of a run, read from the device of the camera or from their own.
+/// Refuses a scene in which nothing moves but particles on the graphics device: no study covers these.
+pub(crate) fn refuse_alone(scene: &Scene) -> Result<(), Failure> {
+    if has_particles(scene) && !scene.bodies.iter().any(BodySpec::is_movable) {
+        let what = "particles on the graphics device are in no study, and no body of it can move; give on: cpu";
+        return Err(Failure::Usage(format!("{}: {what}", scene.name)));
+    }
+    Ok(())
+}
+
+/// Adds the particles of `stage` to the summary of a run, read from the device of the camera or from their own. Returns how
+/// many have failed.
+pub(crate) fn add_to(
+    summary: &mut Summary,
+    stage: &Stage,
+    camera: Option<&mut Camera>,
+    device: Option<&mut Device>,
+) -> u64 {
+    if !has_particles(&stage.sim().scene) {
+        return 0;
+    }
+    let layer = SwarmLayer(swarms(stage));
+    let (gpu, device) = match (camera, device) {
+        (Some(camera), _) => {
+            let (gpu, kept) = camera.prepare(&layer);
+            (Some(gpu), SwarmLayer::swarms(kept))
+        }
+        (None, Some(Device { gpu, swarms })) => {
+            swarms.follow(gpu, &layer.0);
+            (Some(&*gpu), Some(&*swarms))
+        }
+        (None, None) => (None, None),
+    };
+    let states = gpu.zip(device).map(|(gpu, device)| states(stage, &layer.0, gpu, device));
+    let (states, failed) =
+        states.unwrap_or_else(|| Ok(Default::default())).unwrap_or_else(|failure| {
+            tell(&format!("the summary has no swarms: {failure}"));
+            Default::default()
+        });
+    summary.add("swarms", states);
+    failed
+}
+
+/// The states of `drawn`, the swarms of `stage`, on the device, and how many particles have failed.
 ///
 /// # Errors
 /// If they cannot be read back.
-pub(crate) fn summary(
+fn states(
     stage: &Stage,
-    camera: Option<&mut Camera>,
-    device: Option<&mut SwarmDevice>,
-) -> Result<Value, Failure> {
-    let swarms = all_swarms(stage);
-    let (gpu, states) = match (camera, device) {
-        (Some(camera), _) => camera.follow(&swarms),
-        (None, Some(device)) => {
-            device.swarms.follow(&device.gpu, &swarms);
-            (&device.gpu, Some(&device.swarms))
-        }
-        (None, None) => return Ok(Value::Null),
-    };
-    let Some(states) = states else { return Ok(Value::Null) };
-    let mut all = Vec::new();
-    for ((index, swarm), (_, emitter, spec)) in
-        swarms.iter().enumerate().zip(stage.sim().scene.swarms())
+    drawn: &[DrawnSwarm],
+    gpu: &Gpu,
+    device: &Swarms,
+) -> Result<(Value, u64), Failure> {
+    let (mut all, mut all_failed) = (Vec::new(), 0);
+    for ((index, drawn), (_, emitter)) in
+        drawn.iter().enumerate().zip(stage.sim().scene.on_device())
     {
-        let State { living, failed, hash } = State::of(swarm, &states.read(gpu, index)?);
-        let particles = swarm.launches.len() as u64;
+        let State { living, failed, hash } = State::of(drawn, &device.read(gpu, index)?);
+        all_failed += failed;
         all.push(json!({
             "emitter": emitter.name,
             "adapter": gpu.info.to_string(),
-            "method": spec.method.name(),
-            "particles": particles,
+            "method": drawn.swarm.method.name(),
+            "particles": drawn.swarm.slots(),
             "living": living,
             "failed": failed,
-            "bytes": Swarms::bytes(particles),
+            "bytes": drawn.swarm.bytes(),
             "state_hash": format!("{hash:016x}"),
         }));
     }
-    Ok(Value::Array(all))
+    Ok((Value::Array(all), all_failed))
 }
 
 /// The state of a swarm: counts and a hash.
@@ -124,13 +159,13 @@ struct State {
 }
 
 impl State {
-    fn of(swarm: &Swarm, stored: &[Option<SwarmParticle>]) -> Self {
+    fn of(swarm: &DrawnSwarm, stored: &[Option<SwarmParticle>]) -> Self {
         let (mut living, mut failed, mut hash) = (0, 0, Xxh3::new());
         for (expected, stored) in expected(swarm).into_iter().zip(stored) {
             let Some(number) = expected else { continue };
             match stored {
                 Some(SwarmParticle { generation, position, other })
-                    if *generation == number / swarm.launches.len() as u64 =>
+                    if *generation == number / swarm.swarm.slots() =>
                 {
                     living += 1;
                     // `other` is the last position or the velocity, depending on the method.
@@ -147,9 +182,9 @@ impl State {
 
 /// The number of the particle that each slot holds after the last tick, unless its state became infinite; `None` for a slot
 /// without a living particle.
-fn expected(swarm: &Swarm) -> Vec<Option<u64>> {
-    let slots = swarm.launches.len() as u64;
-    let mut living = vec![None; swarm.launches.len()];
+fn expected(swarm: &DrawnSwarm) -> Vec<Option<u64>> {
+    let slots = swarm.swarm.slots();
+    let mut living = vec![None; swarm.swarm.launches.len()];
     let dead = swarm.ticks.last().map_or(0, |tick| tick.dead);
     for SwarmTick { births: [first, after], born, .. } in &swarm.ticks {
         // Particles that are due free their slots even if they are not `born`.

@@ -1,6 +1,6 @@
 //! Pictures of sessions as files.
 
-use render::{Gpu, Image, Offscreen, Quality, Renderer, Swarm, Swarms};
+use render::{Gpu, Image, Kept, Layer, Offscreen, Quality, Renderer};
 
 use crate::failure::Failure;
 use crate::output::files::{OutputPath, write};
@@ -24,10 +24,9 @@ impl Camera {
         Ok(Self { gpu, renderer, target })
     }
 
-    /// Brings the swarms on the device to the state of `swarms`, and returns the device with its swarms.
-    pub fn follow(&mut self, swarms: &[Swarm]) -> (&Gpu, Option<&Swarms>) {
-        self.renderer.follow_swarms(&self.gpu, swarms);
-        (&self.gpu, self.renderer.swarms())
+    /// Prepares `layer`, and returns the device and what the layer keeps there.
+    pub fn prepare(&mut self, layer: &dyn Layer) -> (&Gpu, &Kept) {
+        (&self.gpu, self.renderer.prepare(&self.gpu, layer))
     }
 
     /// Draws a picture.

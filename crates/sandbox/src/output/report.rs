@@ -100,8 +100,8 @@ impl Summary {
             ("frames", json!(pictures)),
             ("adapter", adapter.map_or(Value::Null, Value::String)),
         ];
-        let swarms = session.stage.sim().scene.swarms();
-        let without: Vec<_> = swarms.map(|(_, emitter, _)| emitter.name.as_str()).collect();
+        let on_device = session.stage.sim().scene.on_device();
+        let without: Vec<_> = on_device.map(|(_, emitter)| emitter.name.as_str()).collect();
         let ledger = session.tools.ledger().map(|ledger| ("ledger", ledger_json(ledger, &without)));
         let fields = fields.into_iter().chain(ledger);
         Self { fields: fields.map(|(name, value)| (name.to_owned(), value)).collect() }

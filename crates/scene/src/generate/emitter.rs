@@ -1,14 +1,14 @@
 //! Emitters: the pool of each, and the velocities with which its particles are born.
 
 use glam::DVec3;
-use motion::{Method, Swarm};
 
 use super::entry::{GeneratedEntry, count, direction, shared};
+use super::on_device::on_device;
 use crate::check::{MASS, RADIUS, Rule, SPEED, Scope, positive, rule};
 use crate::random::in_cone;
 use crate::raw;
 use crate::scene::BodySpec;
-use crate::scene::coupled::{EmitterSpec, SwarmSpec};
+use crate::scene::coupled::EmitterSpec;
 use crate::scene::names::Numbering;
 use crate::text::faults::Faults;
 
@@ -22,9 +22,6 @@ const SPREAD: Rule = rule(
     "an angle of spread",
     "give degrees from 0 to 180, from the middle to the edge",
 );
-
-/// Most particles of an emitter on a graphics device.
-pub const SWARM_LIMIT: u64 = Swarm::MOST;
 
 /// Resolves emitter `index` of the list.
 pub(super) fn emitter(raw: &raw::Emitter, index: usize, faults: &mut Faults) -> GeneratedEntry {
@@ -44,7 +41,7 @@ pub(super) fn emitter(raw: &raw::Emitter, index: usize, faults: &mut Faults) -> 
     faults.require(raw.life_s.is_some(), scope, "life_s", "add one such as `life_s: 3.0`");
     let rate = faults.number(scope, "rate_per_s", raw.rate_per_s, 1.0, RATE);
     let life = faults.number(scope, "life_s", raw.life_s, 1.0, LIFE);
-    let capacity = match raw.capacity {
+    let mut capacity = match raw.capacity {
         // As many particles as live at once.
         None => (rate * life).ceil() as u64,
         Some(_) => u64::from(count(raw.capacity, scope, "capacity", faults)),
@@ -57,17 +54,15 @@ pub(super) fn emitter(raw: &raw::Emitter, index: usize, faults: &mut Faults) -> 
     let (body, own) = shared(&raw.shared(), scope, 1.0, 1.0, MASS, faults);
     let position = faults.vector(scope, "position_m", raw.position_m, DVec3::ZERO);
     let body = BodySpec { position, ..body };
-    let swarm = swarm(raw, scope, capacity, body.method, faults);
-    GeneratedEntry {
+    let particles = on_device(raw, scope, &mut capacity, body.method, faults);
+    let [count, on_device] = if particles.is_some() { [0, capacity] } else { [capacity, 0] };
+    let entry = GeneratedEntry::new(
         scope,
         own,
-        count: if swarm.is_some() { 0 } else { capacity },
-        swarm_particles: if swarm.is_some() { capacity.min(SWARM_LIMIT) } else { 0 },
-        springs: 0,
-        triangles: 0,
-        numbering: Numbering::Line,
+        count,
+        Numbering::Line,
         body,
-        make: Box::new(move |name, bodies, random| {
+        move |name, bodies, random| {
             let (right, up) = direction.any_orthonormal_pair();
             let sine_of_half = libm::sin((0.5 * spread_deg).to_radians());
             let launch = |_| {
@@ -76,14 +71,9 @@ pub(super) fn emitter(raw: &raw::Emitter, index: usize, faults: &mut Faults) -> 
             };
             let launches = (0..capacity).map(launch);
             let first = bodies.bodies.len() as u32;
-            let (launches, swarm) = match swarm {
+            let (launches, on_device) = match &particles {
                 None => (launches.collect(), None),
-                Some((method, substeps)) => {
-                    let launches = launches
-                        .take(SWARM_LIMIT as usize)
-                        .map(|launch| launch.to_array().map(|part| part as f32));
-                    (Vec::new(), Some(SwarmSpec { method, substeps, launches: launches.collect() }))
-                }
+                Some(particles) => (Vec::new(), Some(particles.born_with(launches))),
             };
             bodies.bodies.extend(launches.iter().map(|_| body));
             bodies.emitters.push(EmitterSpec {
@@ -94,62 +84,14 @@ pub(super) fn emitter(raw: &raw::Emitter, index: usize, faults: &mut Faults) -> 
                 position: body.position,
                 pool: first..bodies.bodies.len() as u32,
                 launches,
-                swarm,
+                on_device,
                 inverse_mass: body.inverse_mass.unwrap_or_default(),
                 radius,
                 color: body.color,
             });
-        }),
-    }
-}
-
-/// Method and own substeps of particles on a graphics device; `None` if the particles are bodies.
-fn swarm(
-    raw: &raw::Emitter,
-    scope: Scope,
-    capacity: u64,
-    method: Option<Method>,
-    faults: &mut Faults,
-) -> Option<(Method, Option<u32>)> {
-    let on_device =
-        faults.word(scope, "on", raw.on.as_ref(), false, &[("cpu", false), ("gpu", true)]);
-    let layouts = [("positions", false), ("velocity", true)];
-    let keeps_velocity = faults.word(scope, "layout", raw.layout.as_ref(), false, &layouts);
-    if !on_device {
-        if raw.layout.is_some() {
-            let what = "a layout is that of particles on a graphics device";
-            faults.refuse(scope, "layout", what, "give on: gpu, or remove it");
-        }
-        return None;
-    }
-    let (positions, velocities) = Swarm::METHODS.split_at(1);
-    let (fitting, usual, cure) = if keeps_velocity {
-        (
-            velocities,
-            Method::VelocityVerlet,
-            "give semi_implicit_euler or velocity_verlet, or remove `layout`",
-        )
-    } else {
-        (positions, Method::PositionVerlet, "give position_verlet, or layout: velocity")
-    };
-    let method = match method {
-        Some(method) if !fitting.contains(&method) => {
-            let layout = if keeps_velocity { "a position and a velocity" } else { "two positions" };
-            let what = format!(
-                "the device keeps {layout} of a particle, which {} cannot use",
-                method.name()
-            );
-            faults.refuse(scope, "method", what, cure);
-            usual
-        }
-        method => method.unwrap_or(usual),
-    };
-    if capacity > SWARM_LIMIT {
-        let key = if raw.capacity.is_some() { "capacity" } else { "rate_per_s" };
-        let what = format!("{capacity} particles are too many for a graphics device");
-        faults.refuse(scope, key, what, format!("give at most {SWARM_LIMIT} at once"));
-    }
-    Some((method, raw.substeps))
+        },
+    );
+    GeneratedEntry { on_device, ..entry }
 }
 
 #[cfg(test)]

@@ -55,7 +55,7 @@ pub(super) struct GeneratedEntry {
     pub own: Own,
     pub count: u64,
     /// Number of particles on a graphics device.
-    pub swarm_particles: u64,
+    pub on_device: u64,
     /// Number of springs between its bodies.
     pub springs: u64,
     /// Number of triangles of its sheet.
@@ -78,17 +78,7 @@ impl GeneratedEntry {
         make: impl Fn(String, &mut Bodies, &mut Pcg64) + 'static,
     ) -> Self {
         let make = Box::new(make);
-        Self {
-            scope,
-            own,
-            count,
-            swarm_particles: 0,
-            springs: 0,
-            triangles: 0,
-            numbering,
-            body,
-            make,
-        }
+        Self { scope, own, count, on_device: 0, springs: 0, triangles: 0, numbering, body, make }
     }
 
     pub fn census(&self, attracts: bool, in_air: bool) -> Census {
@@ -98,7 +88,7 @@ impl GeneratedEntry {
         let is_grouped = is_soft || attracts && !is_pool;
         Census {
             bodies: self.count,
-            swarm: self.swarm_particles,
+            on_device: self.on_device,
             moved: those(is_grouped || is_pool),
             grouped: those(is_grouped),
             links: self.springs,

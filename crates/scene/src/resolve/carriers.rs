@@ -1,7 +1,4 @@
-//! Resolves the bodies that springs hold and on which emitters and wells ride, and checks emitters on a graphics
-//! device.
-
-use motion::WorldLaws;
+//! Resolves the bodies that springs hold and on which emitters and wells ride.
 
 use crate::check::Scope;
 use crate::generate::Bodies;
@@ -52,64 +49,6 @@ pub(crate) fn carry_emitters(raw: &[raw::Emitter], bodies: &mut Bodies, faults: 
             let at = bodies[id as usize].position;
             let pool = emitter.pool.start as usize..emitter.pool.end as usize;
             bodies[pool].iter_mut().for_each(|body| body.position += at);
-        }
-    }
-}
-
-/// Most ticks for which a particle on a graphics device lives: going back simulates as many ticks again.
-const SWARM_TICKS: f64 = 36_000.0;
-
-/// Most times per second that a particle on a graphics device is replaced: more would exhaust its numbers within a run.
-const SWARM_REUSE: f64 = 1_000.0;
-
-/// Most wells that attract particles on a graphics device: a uniform buffer of any device has room for these.
-const SWARM_WELLS: usize = 64;
-
-/// Checks what acts on the particles of emitters on a graphics device.
-pub(crate) fn check_swarms(
-    raw: &raw::Scene,
-    step_hz: f64,
-    laws: &WorldLaws,
-    bodies: &Bodies,
-    faults: &mut Faults,
-) {
-    let swarms = (0..).zip(&bodies.emitters).filter(|(_, emitter)| emitter.swarm.is_some());
-    for (i, emitter) in swarms {
-        let scope = Scope::item("emitters", i);
-        if emitter.life * step_hz > SWARM_TICKS {
-            let most = (SWARM_TICKS / step_hz).floor();
-            let what =
-                format!("on a graphics device a particle lives for at most {SWARM_TICKS} ticks");
-            faults.refuse(scope, "life_s", what, format!("give at most {most} s, or on: cpu"));
-        }
-        let slots = emitter.swarm.as_ref().map_or(0, |swarm| swarm.launches.len());
-        if emitter.rate > SWARM_REUSE * slots as f64 {
-            let what = format!(
-                "each of {slots} particles is replaced more than {SWARM_REUSE} times per second"
-            );
-            faults.refuse(scope, "rate_per_s", what, "give more `capacity`, or on: cpu");
-        }
-        if raw.range.is_some() {
-            let what = "particles on a graphics device know nothing of range";
-            faults.refuse(scope, "on", what, "give on: cpu, or remove `range`");
-        }
-        if raw.mutual_gravity.is_some() {
-            let what = "particles on a graphics device know nothing of mutual_gravity";
-            faults.refuse(scope, "on", what, "give on: cpu, or wells in place of mutual_gravity");
-        }
-        if let Some(law) = laws.without_device_form() {
-            let what = format!("no graphics device evaluates the law `{law}`");
-            faults.refuse(scope, "on", what, format!("give on: cpu, or remove `{law}`"));
-        }
-        let wells = raw.wells.iter().filter(|well| well.bodies.is_none()).count();
-        if wells > SWARM_WELLS {
-            let what = format!("{wells} wells are too many for particles on a graphics device");
-            faults.refuse(
-                scope,
-                "on",
-                what,
-                format!("give at most {SWARM_WELLS} wells, or on: cpu"),
-            );
         }
     }
 }

@@ -205,7 +205,7 @@ impl<'a> OwnLaws<'a> {
         faults: &mut Faults,
     ) -> Vec<&mut OwnLawsSpec> {
         let emitter = self.bodies.emitters.iter().find(|emitter| emitter.name == name);
-        if emitter.is_some_and(|emitter| emitter.swarm.is_some()) {
+        if emitter.is_some_and(|emitter| emitter.on_device.is_some()) {
             let what = format!(
                 "{name:?} is on the graphics device, where every well attracts all particles"
             );

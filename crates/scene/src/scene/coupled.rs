@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use motion::effects::Effect;
-
-use motion::{Elastic, Link, Method};
+use motion::{Elastic, Link};
+use swarm::Swarm;
 
 /// A spring between two bodies.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,8 +55,8 @@ pub struct EmitterSpec {
     pub pool: Range<u32>,
     /// The velocity that each body of the pool is born with, m/s.
     pub launches: Vec<DVec3>,
-    /// The particles, if they are on a graphics device; the pool is empty then.
-    pub swarm: Option<SwarmSpec>,
+    /// The particles, if they are on a graphics device; the pool is empty then, and the anchor is set when they are spawned.
+    pub on_device: Option<Swarm>,
     /// Reciprocal of the mass of a particle, 1/kg.
     pub inverse_mass: f64,
     /// Radius with which a particle is drawn, m, above 0.
@@ -65,15 +65,19 @@ pub struct EmitterSpec {
     pub color: [f32; 3],
 }
 
-/// The particles of an emitter on a graphics device.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SwarmSpec {
-    /// One of [`Swarm::METHODS`](motion::Swarm::METHODS).
-    pub method: Method,
-    /// Their substeps per tick, if they have a number of their own.
-    pub substeps: Option<u32>,
-    /// The velocity that the particle in each slot is born with, m/s.
-    pub launches: Arc<[[f32; 3]]>,
+impl EmitterSpec {
+    /// Bytes of a particle on a graphics device: its velocity at birth here, what the device has, and the copies that are read
+    /// back for a summary.
+    pub(crate) const PARTICLE_ON_DEVICE: u64 = 12 + Swarm::PARTICLE_BYTES + 2 * 32;
+
+    /// Most bytes of states that a device keeps for going back.
+    pub(crate) const KEPT_ON_DEVICE: u64 = Swarm::KEPT_BYTES;
+
+    /// Number of particles on a graphics device for which there is room.
+    #[must_use]
+    pub fn particles_on_device(&self) -> usize {
+        self.on_device.as_ref().map_or(0, |particles| particles.launches.len())
+    }
 }
 
 /// The place at which a scene declares an effect.

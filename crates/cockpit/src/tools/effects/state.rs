@@ -4,7 +4,6 @@ use history::{RunSettings, Timeline};
 use lab::ReceiptLine;
 use motion::PreviousPosition;
 use motion::effects::EffectState;
-use render::Swarms;
 use scene::Scene;
 
 use crate::stage::Stage;
@@ -126,27 +125,28 @@ pub fn picture_rows(stage: &Stage, view: &View) -> [ReceiptLine; 7] {
         },
         row("arrows", arrows, movable, 0, "keys 1 and 2"),
         row("timeline", stage.recorder().is_on(), 0, timeline, RECORDED),
-        swarm_row(stage),
+        on_device(stage),
         row(ENERGY_WATCH, stage.recorder().is_on(), movable, history::Watch::bytes(), RECORDED),
     ]
 }
 
 /// The row of the particles on the graphics device.
-fn swarm_row(stage: &Stage) -> ReceiptLine {
+fn on_device(stage: &Stage) -> ReceiptLine {
     let scene = &stage.sim().scene;
-    let Some((first, ..)) = scene.swarms().next() else {
+    let Some((first, _)) = scene.on_device().next() else {
         return ReceiptLine::of("swarms", EffectState::NotDeclared);
     };
-    let substeps = scene
-        .swarms()
-        .map(|(_, _, swarm)| swarm.substeps.unwrap_or_else(|| stage.sim().substeps()));
-    let (dispatches, bodies) = (substeps.sum::<u32>(), scene.swarm_particles());
+    let (mut dispatches, mut bytes) = (0, 0);
+    for swarm in scene.emitters.iter().filter_map(|emitter| emitter.on_device.as_ref()) {
+        dispatches += swarm.substeps.unwrap_or_else(|| stage.sim().substeps());
+        bytes += swarm.bytes();
+    }
     let s = if dispatches == 1 { "" } else { "es" };
     ReceiptLine {
         because: Some(format!("emitters[{first}].on: gpu; {dispatches} dispatch{s} per tick")),
-        bodies,
+        bodies: scene.particles_on_device(),
         #[expect(clippy::cast_possible_truncation, reason = "what a device has fits into memory")]
-        bytes: Swarms::bytes(bodies as u64) as usize,
+        bytes: bytes as usize,
         ..ReceiptLine::of("swarms", EffectState::On)
     }
 }

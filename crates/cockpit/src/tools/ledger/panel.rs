@@ -43,7 +43,7 @@ pub(super) fn show(
     let last_second = ledger.last_second();
     let color = inks::words(ui.visuals(), RESIDUAL);
     ui.label(RichText::new(sentence(stage, ledger)).color(color).strong());
-    let particles = stage.sim().scene.swarm_particles();
+    let particles = stage.sim().scene.particles_on_device();
     if particles > 0 {
         ui.label(format!(
             "The {particles} particles on the graphics device are not in the ledger."

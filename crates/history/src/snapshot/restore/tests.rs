@@ -18,7 +18,7 @@ fn snapshot() -> Snapshot {
     simulation.snapshot()
 }
 
-type State = snapshot::Snapshot<u32, IdRanges>;
+type State = snapshot::Snapshot<u32, IdRanges, Log>;
 
 /// The error for the snapshot after `change`; `None` if it can be restored and simulates two ticks.
 fn said(change: impl FnOnce(&mut State)) -> Option<&'static str> {

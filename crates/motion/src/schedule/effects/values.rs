@@ -11,8 +11,8 @@ use crate::groups::Groups;
 use crate::laws::damping::DampingRate;
 use crate::laws::own::OwnLaws;
 use crate::laws::{Drag, Gravity, Law, MutualGravity, SourceMass, Wind, WorldLaw};
+use crate::schedule::backend::ParticleBackend;
 use crate::schedule::restart::{end_half_steps, restart_bodies};
-use crate::schedule::swarm::SwarmLog;
 use crate::schedule::systems::Moving;
 use crate::state::archetypes::{collect, values};
 use crate::state::components::{GravityOff, Quarantined};
@@ -250,9 +250,10 @@ pub(super) const EMITTERS: Values = Values {
             emitter.pool.capacity() * (size_of::<Entity>() + size_of::<u64>())
                 + emitter.launches.capacity() * size_of::<Vector>()
         };
-        let logs: usize = values::<SwarmLog>(world).map(SwarmLog::bytes).sum();
+        let kept =
+            world.get_resource().map_or(0, |backend: &ParticleBackend| (backend.bytes)(world));
         sum(world, lists)
-            + logs
+            + kept
             + column_bytes::<Emission>(world)
             + (component::<Emitter>().bytes)(world)
     },

@@ -15,7 +15,7 @@ use crate::failure::Failure;
 use crate::output::black_box::{self, BlackBox};
 use crate::output::command_files::CommandFiles;
 use crate::output::files::{Output, OutputPath, is_standard_output, make_folder, output_file};
-use crate::output::on_device::{self, SwarmDevice, check, has_swarms, refuse_rows, slow_words};
+use crate::output::on_device::{self, Device, check, has_particles, refuse_rows, slow_words};
 use crate::output::orders::{BUNDLE, GRAPH, Kind, Program, SCREENSHOT};
 use crate::output::pictures::{Camera, write_picture};
 use crate::output::report::Summary;
@@ -31,8 +31,8 @@ pub(super) struct Outputs<'a> {
     files: CommandFiles,
     pub watch: Watch,
     camera: Option<Camera>,
-    /// The device of the swarms of a run without a camera.
-    swarms: Option<SwarmDevice>,
+    /// The device of the particles of a run without a camera.
+    device: Option<Device>,
     /// Pictures that were written.
     pictures: u64,
     film: Option<FilmFile>,
@@ -54,8 +54,8 @@ impl<'a> Outputs<'a> {
     ) -> Result<Self, Failure> {
         let Options { size_px, pictures, .. } = *session.stage.options();
         let camera = pictures.then(|| Camera::new(size_px, args.quality.into())).transpose()?;
-        let mut swarms = None;
-        take_swarms(args, &session.stage.sim().scene, camera.as_ref(), &mut swarms)?;
+        let mut device = None;
+        take_particles(args, &session.stage.sim().scene, camera.as_ref(), &mut device)?;
         if camera.is_some() {
             make_folder(folder(args).unwrap_or(Path::new("")))?;
         }
@@ -70,12 +70,12 @@ impl<'a> Outputs<'a> {
             black_box: open(&paths.black_box)?,
             film: paths.film.as_ref().map(|path| FilmFile::begin(path, size_px)).transpose()?,
             camera,
-            swarms,
+            device,
             pictures: 0,
             longest_frame,
             refused: Ok(()),
         };
-        match (&outputs.camera, &outputs.swarms) {
+        match (&outputs.camera, &outputs.device) {
             (Some(camera), _) => {
                 eprintln!("drawing with {}", camera.gpu.info);
                 slow_words(&camera.gpu, &session.stage.sim().scene)
@@ -122,7 +122,7 @@ impl<'a> Outputs<'a> {
             args,
             mut watch,
             mut camera,
-            mut swarms,
+            mut device,
             pictures,
             film,
             summary: summary_file,
@@ -142,17 +142,8 @@ impl<'a> Outputs<'a> {
         }
         let adapter = camera.as_ref().map(|camera| camera.gpu.info.to_string());
         let mut summary = Summary::of(&mut session, start, pictures, adapter);
-        let mut failed = 0;
-        if has_swarms(&session.stage.sim().scene) {
-            let states = on_device::summary(&session.stage, camera.as_mut(), swarms.as_mut());
-            if let Err(failure) = &states {
-                tell(&format!("the summary has no swarms: {failure}"));
-            }
-            let states = states.unwrap_or(Value::Null);
-            let all = states.as_array().into_iter().flatten();
-            failed = all.filter_map(|swarm| swarm["failed"].as_u64()).sum();
-            summary.add("swarms", states);
-        }
+        let failed =
+            on_device::add_to(&mut summary, &session.stage, camera.as_mut(), device.as_mut());
         let picture = |session: &mut Session| still(session, camera);
         let mut black_box = None;
         if let Some((path, file)) = args.black_box.as_deref().zip(box_file) {
@@ -244,27 +235,28 @@ impl Program for Outputs<'_> {
         self.refused = told.map(|told| told.iter().for_each(|line| tell(line)));
         if self.refused.is_ok() {
             let (scene, camera) = (&session.stage.sim().scene, self.camera.as_ref());
-            self.refused = take_swarms(self.args, scene, camera, &mut self.swarms);
+            self.refused = take_particles(self.args, scene, camera, &mut self.device);
         }
         keep_ledger(self.args, session);
         Ok(())
     }
 }
 
-/// Prepares the swarms of `scene`, on the device of the camera or on `own`, which is opened for the first scene with swarms.
-fn take_swarms(
+/// Prepares for the particles of `scene` on the graphics device, which is that of the camera or `own`. That is opened for the first
+/// scene with such particles.
+fn take_particles(
     args: &RunArgs,
     scene: &Scene,
     camera: Option<&Camera>,
-    own: &mut Option<SwarmDevice>,
+    own: &mut Option<Device>,
 ) -> Result<(), Failure> {
-    if !has_swarms(scene) {
+    if !has_particles(scene) {
         return Ok(());
     }
     match (camera, &own) {
         (Some(camera), _) => check(&camera.gpu, scene)?,
         (None, Some(device)) => check(&device.gpu, scene)?,
-        (None, None) => *own = Some(SwarmDevice::open(scene)?),
+        (None, None) => *own = Some(Device::open(scene)?),
     }
     if args.state.is_some() { refuse_rows(scene) } else { Ok(()) }
 }
@@ -286,7 +278,7 @@ fn steps_left(args: &RunArgs, session: &Session) -> Option<String> {
     ))
 }
 
-/// How the run ended; `failed` is the number of particles of swarms that failed.
+/// How the run ended; `failed` is the number of particles on the graphics device that failed.
 fn verdict(args: &RunArgs, session: &Session, failed: u64) -> Result<(), Failure> {
     let quarantined = session.stage.quarantines().all();
     if let Some(first) = quarantined.first() {
