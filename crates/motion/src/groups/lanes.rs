@@ -414,15 +414,14 @@ impl ElasticLanes {
     /// The properties of four lanes.
     #[inline(always)]
     pub(super) fn four<S: Simd>(&self, simd: S, at: usize) -> FourElastic<S> {
-        let [stiffness, damping, rest_length] = match self {
-            Self::Equal(Elastic { stiffness, damping, rest_length, .. }) => [
-                f64x4::splat(simd, *stiffness),
-                f64x4::splat(simd, *damping),
-                f64x4::splat(simd, *rest_length),
-            ],
-            Self::Each(numbers) => three(simd, at, numbers),
-        };
-        FourElastic { stiffness, damping, rest_length }
+        match self {
+            Self::Equal(Elastic { stiffness, damping, rest_length, .. }) => FourElastic {
+                stiffness: f64x4::splat(simd, *stiffness),
+                damping: f64x4::splat(simd, *damping),
+                rest_length: f64x4::splat(simd, *rest_length),
+            },
+            Self::Each(numbers) => each(simd, at, numbers),
+        }
     }
 
     /// Adds the forces on the ends that move to `sum`, with the bits of [`Springs::pull`](super::pull::Springs::pull).
@@ -464,7 +463,7 @@ impl ElasticLanes {
                     |_| elastic,
                 );
             }
-            Self::Each(_) => pull_elastic::<_, DAMPED>(
+            Self::Each(numbers) => pull_elastic::<_, DAMPED>(
                 simd,
                 ends,
                 moves,
@@ -472,10 +471,17 @@ impl ElasticLanes {
                 v,
                 sum,
                 #[inline(always)]
-                |at| self.four(simd, at),
+                |at| each(simd, at, numbers),
             ),
         }
     }
+}
+
+/// The properties of four lanes of [`ElasticLanes::Each`].
+#[inline(always)]
+fn each<S: Simd>(simd: S, at: usize, numbers: &[[f64; BLOCK_BODIES]; 3]) -> FourElastic<S> {
+    let [stiffness, damping, rest_length] = three(simd, at, numbers);
+    FourElastic { stiffness, damping, rest_length }
 }
 
 /// [`pull_with`] for springs with the properties that `elastic` returns for the four lanes from the given one on.
