@@ -88,18 +88,14 @@ impl SwarmLaws {
             single([x, y, z, well.strength, well.softening])
         };
         let rows = || wells.iter().copied().flatten().map(row);
-        let [phase] = single([phase]);
-        let Some(before) = before else {
-            laws.wells = rows().collect();
-            return (Arc::new(laws), phase);
-        };
         // A steady tick allocates nothing.
-        laws.wells = if before.wells.iter().copied().eq(rows()) {
-            Arc::clone(&before.wells)
-        } else {
-            rows().collect()
+        laws.wells = match before {
+            Some(before) if before.wells.iter().copied().eq(rows()) => Arc::clone(&before.wells),
+            _ => rows().collect(),
         };
-        (if laws == **before { Arc::clone(before) } else { Arc::new(laws) }, phase)
+        let before = before.filter(|before| laws == ***before).map(Arc::clone);
+        let [phase] = single([phase]);
+        (before.unwrap_or_else(|| Arc::new(laws)), phase)
     }
 
     /// The bits of all numbers.
