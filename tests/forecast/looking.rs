@@ -72,7 +72,7 @@ fn nothing_but_gravity_off_has_a_potential_energy_of_plus_0() {
 fn a_trial_in_slices_finds_what_one_in_a_single_call_finds() {
     // With a cure; with a truth that is made finer; of several parts.
     let scenes = [
-        r#"(version: 1, step_hz: 1, method: velocity_verlet, mutual_gravity: (constant: 1), bodies: [
+        r#"(version: 1, step_hz: 1, method: velocity_verlet, mutual_gravity: (constant_m3_kg_s2: 1), bodies: [
             (name: "sun", position_m: (0, 0, 0), mass_kg: 10000), (name: "planet", position_m: (100, 0, 0), velocity_m_s: (0, 10, 0), mass_kg: 1),
             (name: "moon", position_m: (100.5, 0, 0), velocity_m_s: (0, 11.4142136, 0), mass_kg: 0.001)])"#,
         BEADS,
