@@ -27,7 +27,7 @@ use bevy_ecs::prelude::*;
 pub use compile::compile_groups;
 pub(crate) use compile::{Coupled, coming_couplings, couplings, is_outdated, update_groups};
 pub(crate) use coupling::Coupling;
-pub(crate) use field::{GroupCache, GroupKernel, Scratch, end_of, equal_parts};
+pub(crate) use field::{GroupCache, GroupKernel, Scratch, bisect_end, equal_parts};
 use lanes::Bundles;
 pub(crate) use linear::{Contributor, LinearGroup, Terms};
 use places::{Place, TableRun, Unit};

@@ -137,7 +137,10 @@ impl Coupling {
 
     /// Potential energy of springs and mutual gravity at `x`, J.
     pub fn potential_energy(&self, gravity: Option<&MutualGravity>, x: &[Row], w: &[f64]) -> f64 {
-        self.attraction_energy(gravity, x, w, self.elastic_energy(x))
+        let springs = self.elastic_energy(x);
+        gravity.filter(|_| self.attracts).map_or(springs, |law| {
+            self.attraction_energies(law, x, w).fold(springs, |sum, (_, energy)| sum + energy)
+        })
     }
 
     /// Potential energy of springs at `x`, J.
@@ -151,20 +154,6 @@ impl Coupling {
             let [a, b] = ends.map(|end| end as usize);
             let d = vector(&x[b]) - vector(&x[a]);
             ([a, b], elastic.energy(d.dot(d).sqrt()))
-        })
-    }
-
-    /// `sum` plus the potential energy of mutual gravity at `x`, J.
-    pub fn attraction_energy(
-        &self,
-        gravity: Option<&MutualGravity>,
-        x: &[Row],
-        w: &[f64],
-        sum: f64,
-    ) -> f64 {
-        let law = gravity.filter(|_| self.attracts);
-        law.map_or(sum, |law| {
-            self.attraction_energies(law, x, w).fold(sum, |sum, (_, energy)| sum + energy)
         })
     }
 

@@ -17,7 +17,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use classes::{Class, Classes};
 use cords::Cords;
-pub(crate) use cords::{end_of, equal_parts};
+pub(crate) use cords::{bisect_end, equal_parts};
 
 use super::combination::{APPLIED, Combination, FIRST, POSITION, SLOTS, VELOCITY};
 use super::coupling::Coupling;
@@ -251,7 +251,7 @@ impl<'a, E: Layout> GroupField<'a, E> {
         self.scratch.iterations.clear();
         let keeps_last_step = M::STATE == MethodStateKind::LastStep;
         if keeps_last_step {
-            step_state.last_step = self.common_last_step();
+            step_state.last_step = self.synchronize_last_steps();
         }
         let caches = M::STATE == MethodStateKind::LastAcceleration && !self.depends_on_velocity();
         let mut cache = self.rows.cache.take().filter(|_| caches);
@@ -267,7 +267,7 @@ impl<'a, E: Layout> GroupField<'a, E> {
             self.rows.last.fill(step_state.last_step);
         }
         if let Some(cache) = cache {
-            self.note(cache, step_state.start.is_some());
+            self.store_or_clear(cache, step_state.start.is_some());
         }
         let outcome = self.outcome();
         self.count(outcome.as_ref().err().map_or(&[], Vec::as_slice));

@@ -264,7 +264,8 @@ impl Bundles {
                 groups,
             };
             for (lane, group) in bundle.groups.iter().enumerate() {
-                bundle.has_other_caches |= !bundle.cache.take(width, lane, &mut list[*group].cache);
+                bundle.has_other_caches |=
+                    !bundle.cache.move_group_from(width, lane, &mut list[*group].cache);
             }
             self.list.push(bundle);
         }
@@ -280,7 +281,7 @@ impl Bundles {
         for mut bundle in self.list.drain(..) {
             for (lane, group) in bundle.groups.iter().enumerate() {
                 let Group { coupling, cache, .. } = &mut list[*group];
-                bundle.cache.give(bundle.width, coupling.rows, lane, cache);
+                bundle.cache.move_group_to(bundle.width, coupling.rows, lane, cache);
             }
         }
     }

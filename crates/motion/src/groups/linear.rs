@@ -225,11 +225,16 @@ impl<'a> LinearGroup<'a> {
         self.rates.iter().all(|rate| Some(*rate) == first).then_some(first)
     }
 
-    /// Computes `out = stiffness A y + damping C y`; with `decays`, C includes the scene's damping.
-    pub fn apply(
+    /// Computes `out = stiffness A y + damping C y`, where C includes the scene's damping.
+    pub fn apply(&self, terms: Terms, y: &[Scalar], out: &mut [Scalar]) {
+        self.apply_laws(terms, y, out);
+        self.damp(terms.damping, y, out);
+    }
+
+    /// [`Self::apply`] without the scene's damping.
+    pub fn apply_laws(
         &self,
         Terms { stiffness, damping }: Terms,
-        decays: bool,
         y: &[Scalar],
         out: &mut [Scalar],
     ) {
@@ -277,9 +282,6 @@ impl<'a> LinearGroup<'a> {
             let part = DVec3::select(open, *pull * y * stiffness, DVec3::ZERO).to_array();
             (0..3).for_each(|axis| out[3 * row + axis] += part[axis]);
         }
-        if decays {
-            self.damp(damping, y, out);
-        }
     }
 
     /// Amplitude of each movable body in the mode y: the length of its part of `W^½ y`.
@@ -316,7 +318,7 @@ impl<'a> LinearGroup<'a> {
         })
     }
 
-    /// An upper bound of the largest eigenvalue of the operator of [`Self::apply`], decays included. Each spring is split
+    /// An upper bound of the largest eigenvalue of the operator of [`Self::apply`]. Each spring is split
     /// between its ends by `(u - v)² <= (1 + t) u² + (1 + 1/t) v²`, where t is the ratio of their inverse masses; the bound is
     /// the largest eigenvalue of a single row. It is exact if neighbors can swing against each other, as in a lattice, for which
     /// Gershgorin's bound is three times as large.

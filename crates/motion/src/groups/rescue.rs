@@ -65,7 +65,7 @@ impl Rescue<'_, '_, '_, '_> {
             springs: springs_by_row(coupling),
             environment: self.environment,
             group,
-            whole,
+            options: whole,
             pushes: &pushes,
             before: &before,
         };
@@ -73,7 +73,7 @@ impl Rescue<'_, '_, '_, '_> {
         // Rows that fail regardless of the others are removed together: one at a time would take a tick of the group
         // for each.
         for (row, removed) in removed.iter_mut().enumerate() {
-            if let Some(cause) = suspects.lost(row) {
+            if let Some(cause) = suspects.cause_by_itself(row) {
                 *removed = true;
                 self.output.quarantine.refuse(refused(group, &before, row, cause));
             }

@@ -3,7 +3,6 @@
 use bevy_ecs::prelude::*;
 
 use super::rows::{Row, RowArray};
-use crate::laws::damping::SNAP;
 use crate::state::threads::Threads;
 
 /// The solver of implicit Euler steps of groups (Baraff, Witkin 1998, eq. 6, in inverse-mass form):
@@ -45,10 +44,21 @@ impl Default for Solver {
 const KEPT_DIRECTIONS: usize = 10;
 /// Most directions of generalized conjugate residuals in all.
 const MOST_DIRECTIONS: usize = 60;
+/// Squared residual below which every solve has converged: the square of a tiny residual underflows to 0.
+pub(super) const LEAST_SQUARED_RESIDUAL: f64 = 1e-290;
+
+/// The matrix of an implicit step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum StepMatrix {
+    /// Symmetric and positive definite: without the parts of the derivatives that would make it otherwise.
+    Definite,
+    /// With the exact derivatives.
+    Exact,
+}
 
 /// Arrays of an iteration for `A y = r`, reused for the next one.
 #[derive(Debug, Default)]
-pub(super) struct Gradients {
+pub(super) struct ConjugateGradients {
     /// The solution.
     pub y: RowArray,
     /// The right side, then the residual.
@@ -57,9 +67,9 @@ pub(super) struct Gradients {
     p: RowArray,
     /// The product with the direction; scratch space between two solves.
     pub q: RowArray,
-    /// Directions of [`Gradients::solve_exact`], each with its product, which has length 1.
+    /// Directions of [`ConjugateGradients::solve_indefinite`], each with its product, which has length 1.
     directions: Vec<[RowArray; 2]>,
-    /// Solution and residual of [`Gradients::solve_exact`].
+    /// Solution and residual of [`ConjugateGradients::solve_indefinite`].
     whole: [RowArray; 2],
 }
 
@@ -72,7 +82,7 @@ pub(super) struct Solved {
     pub is_finite: bool,
 }
 
-impl Gradients {
+impl ConjugateGradients {
     /// Resizes the arrays to `rows`, all 0.
     pub fn fit(&mut self, rows: usize) {
         for array in [&mut self.y, &mut self.r, &mut self.p, &mut self.q] {
@@ -81,8 +91,9 @@ impl Gradients {
         }
     }
 
-    /// Solves for the first `movable` rows from 0 (Hestenes, Stiefel 1952); `multiply` writes the product of A and
-    /// its first rows into its second. Another guess would have to conserve momentum.
+    /// Solves `A y = r` for the first `movable` rows, starting at y = 0 (Hestenes, Stiefel 1952). The caller has put the
+    /// right side into `r`; the solution is in `y`. `multiply(p, q)` writes A p into q. Another start would have to
+    /// conserve momentum.
     pub fn solve(
         &mut self,
         solver: Solver,
@@ -108,8 +119,8 @@ impl Gradients {
             let step = squared / curvature;
             let (y, r, p, q) = (&mut self.y[..movable], &mut self.r[..movable], &self.p, &self.q);
             Threads::share_two(threads, y, r, |first, y, r| {
-                advance(y, &p[first..], step);
-                advance(r, &q[first..], -step);
+                add_scaled(y, &p[first..], step);
+                add_scaled(r, &q[first..], -step);
             });
             iterations += 1;
             let left = dot(&self.r, &self.r);
@@ -123,19 +134,17 @@ impl Gradients {
             });
             squared = left;
         }
-        // The square of a tiny residual underflows to 0: no tolerance is below that.
-        Solved { iterations, converged: converged || squared < SNAP, is_finite }
+        Solved { iterations, converged: converged || squared < LEAST_SQUARED_RESIDUAL, is_finite }
     }
 
-    /// [`Gradients::solve`] for a matrix that need not be symmetric or definite: `multiply` multiplies by it if its first
-    /// argument is true, and else by the definite matrix that is the preconditioner (generalized conjugate residuals:
-    /// Eisenstat, Elman, Schultz 1983).
-    pub fn solve_exact(
+    /// [`ConjugateGradients::solve`] for the exact matrix, which need not be symmetric or definite; the definite one is the
+    /// preconditioner (generalized conjugate residuals: Eisenstat, Elman, Schultz 1983). `multiply` multiplies by either.
+    pub fn solve_indefinite(
         &mut self,
         solver: Solver,
         movable: usize,
         threads: Option<&Threads>,
-        mut multiply: impl FnMut(bool, &[Row], &mut [Row]),
+        mut multiply: impl FnMut(StepMatrix, &[Row], &mut [Row]),
     ) -> Solved {
         let [mut sum, mut left] = std::mem::take(&mut self.whole);
         let mut directions = std::mem::take(&mut self.directions);
@@ -148,16 +157,16 @@ impl Gradients {
         for number in 0..MOST_DIRECTIONS {
             self.r.copy(&left);
             let Solved { iterations, is_finite, .. } =
-                self.solve(solver, movable, threads, |p, q| multiply(false, p, q));
+                self.solve(solver, movable, threads, |p, q| multiply(StepMatrix::Definite, p, q));
             all.iterations += iterations;
             all.is_finite &= is_finite;
-            multiply(true, &self.y, &mut self.q);
+            multiply(StepMatrix::Exact, &self.y, &mut self.q);
             let (y, q) = (&mut self.y[..movable], &mut self.q[..movable]);
             let kept = number % KEPT_DIRECTIONS;
             for [direction, product] in &directions[..kept] {
                 let share = dot(product, q);
-                advance(y, direction, -share);
-                advance(q, product, -share);
+                add_scaled(y, direction, -share);
+                add_scaled(q, product, -share);
             }
             let length = dot(q, q).sqrt();
             // Stop if it is not finite or lost to rounding.
@@ -168,10 +177,10 @@ impl Gradients {
                 *part *= 1.0 / length;
             }
             let share = dot(&left[..movable], q);
-            advance(&mut sum[..movable], y, share);
-            advance(&mut left[..movable], q, -share);
+            add_scaled(&mut sum[..movable], y, share);
+            add_scaled(&mut left[..movable], q, -share);
             let squared = dot(&left[..movable], &left[..movable]);
-            all.converged = squared <= enough || squared < SNAP;
+            all.converged = squared <= enough || squared < LEAST_SQUARED_RESIDUAL;
             if all.converged {
                 break;
             }
@@ -227,7 +236,7 @@ fn dot_shared(threads: Option<&Threads>, a: &[Row], b: &[Row]) -> f64 {
 }
 
 /// Adds `factor` times `by` to `sum`.
-pub(super) fn advance(sum: &mut [Row], by: &[Row], factor: f64) {
+pub(super) fn add_scaled(sum: &mut [Row], by: &[Row], factor: f64) {
     for (sum, by) in sum.as_flattened_mut().iter_mut().zip(by.as_flattened()) {
         *sum += *by * factor;
     }

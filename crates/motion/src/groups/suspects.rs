@@ -29,7 +29,7 @@ pub(super) struct Suspects<'a, 'w, 's> {
     pub springs: Vec<Vec<(usize, Elastic)>>,
     pub environment: &'a GroupEnvironment<'a>,
     pub group: &'a Group,
-    pub whole: ByRow<'a, 'w, 's>,
+    pub options: ByRow<'a, 'w, 's>,
     /// Forces applied to rows, N.
     pub pushes: &'a [(usize, Row)],
     pub before: &'a RowStates,
@@ -52,13 +52,13 @@ pub(super) fn springs_by_row(coupling: &Coupling) -> Vec<Vec<(usize, Elastic)>> 
 impl Suspects<'_, '_, '_> {
     /// The cause if a row fails in a tick whatever the other rows do: its state is not finite or out of range, or something that
     /// acts on it is not finite.
-    pub fn lost(&self, row: usize) -> Option<Cause> {
+    pub fn cause_by_itself(&self, row: usize) -> Option<Cause> {
         let RowStates { x, v, w, .. } = self.before;
         let Group { coupling, .. } = self.group;
         let broken = Breach { of: Quantity::Velocity, finite: false };
         let cause = |evidence| Some(self.environment.shared.cause(SYSTEM, broken, Some(evidence)));
         if let Some(anchor) = row.checked_sub(coupling.movable)
-            && !coupling.sources.get(anchor).is_none_or(|source| source.is_finite())
+            && coupling.sources.get(anchor).is_some_and(|source| !source.is_finite())
         {
             return cause((place::SOURCE_MASS, Fault::Found));
         }
@@ -69,14 +69,15 @@ impl Suspects<'_, '_, '_> {
         if let Some(breach) =
             self.environment.parameters.bounds.breach(&[a, b, c], &[d, e, f, w[row]])
         {
-            let no_range = self.environment.shared.found(Exposure {
+            // Only the range is left to be at fault.
+            let broken_range = self.environment.shared.found(Exposure {
                 kicks: false,
                 gravity_off: true,
                 own_rate: true,
             });
-            return Some(self.environment.shared.cause(SYSTEM, breach, no_range));
+            return Some(self.environment.shared.cause(SYSTEM, breach, broken_range));
         }
-        let BodyOptions { gravity_off, damping_rate, locks, .. } = self.whole.row(row);
+        let BodyOptions { gravity_off, damping_rate, locks, .. } = self.options.row(row);
         // A law that is not finite may not affect a locked row.
         if row >= coupling.movable || locks.is_some() {
             return None;
@@ -94,9 +95,10 @@ impl Suspects<'_, '_, '_> {
             .and_then(cause)
     }
 
-    /// The cause why a row failed in a tick without the rows `removed`.
+    /// Why a row failed in a tick in which the rows `removed` took no part.
     pub fn cause(&self, row: usize, breach: Breach, removed: &[bool]) -> Cause {
-        let BodyOptions { gravity_off, damping_rate, speed_limit, laws, .. } = self.whole.row(row);
+        let BodyOptions { gravity_off, damping_rate, speed_limit, laws, .. } =
+            self.options.row(row);
         let own_rate = damping_rate.is_some();
         let exposure = Exposure { kicks: true, gravity_off, own_rate };
         let last = self.before.last[row];

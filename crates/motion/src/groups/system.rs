@@ -427,7 +427,7 @@ impl Groups {
             (x[to], v[to]) = (bundles.x[element].row(lane), bundles.v[element].row(lane));
             (w[to], last[to]) = (bundles.w[of_lane], bundles.last[of_lane]);
         }
-        bundle.cache.give(bundle.width, coupling.rows, lane, cache);
+        bundle.cache.move_group_to(bundle.width, coupling.rows, lane, cache);
     }
 
     /// Makes room for `groups` groups of a bundle behind the rows of groups that are integrated alone.
@@ -455,6 +455,6 @@ impl Groups {
             bundles.v[element].set_row(of_element, v[*first + row]);
             bundles.last[element * BLOCK_BODIES + of_element] = last[*first + row];
         }
-        bundle.has_other_caches |= !bundle.cache.take(bundle.width, lane, cache);
+        bundle.has_other_caches |= !bundle.cache.move_group_from(bundle.width, lane, cache);
     }
 }

@@ -35,8 +35,8 @@ pub struct Newton {
 
 impl ImplicitEuler {
     /// Tolerance of the solve: a step has converged when the correction of v1, relative to `|v1| + |a| h`, is below it.
-    /// Newton's iteration converges quadratically: after a correction slightly below the square root of the unit
-    /// roundoff the next one would be rounding error.
+    /// Newton's iteration converges quadratically: after a correction of 1e-4 times the square root of the machine
+    /// epsilon, the next one is below rounding.
     ///
     /// A correction that moves the body by less than the rounding of its position also counts as converged: a body at
     /// rest, whose forces cancel, would otherwise never converge.

@@ -134,7 +134,7 @@ pub fn each_potential_energy(
 
 /// Returns a force without its components along locked axes.
 fn open(locks: Option<AxisLocks>, newtons: Vector) -> Vector {
-    locks.map_or(newtons, |locks| locks.open(newtons))
+    locks.map_or(newtons, |locks| locks.along_open_axes(newtons))
 }
 
 /// The environment of a world's bodies and the pushes on them.

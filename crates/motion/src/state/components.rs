@@ -173,7 +173,7 @@ pub struct AxisLocks {
 
 impl AxisLocks {
     /// Returns a force or an acceleration without its components along locked axes.
-    pub(crate) fn open(self, v: Vector) -> Vector {
+    pub(crate) fn along_open_axes(self, v: Vector) -> Vector {
         let open = |part, locked| if locked { 0.0 } else { part };
         Vector::new(open(v.x, self.x), open(v.y, self.y), open(v.z, self.z))
     }

@@ -16,6 +16,11 @@ impl<E: Layout> GroupField<'_, E> {
         slot
     }
 
+    /// Makes all arrays free again that were [claimed](Self::claim).
+    pub(super) const fn release_slots(&mut self) {
+        self.next = FIRST;
+    }
+
     pub(crate) fn array(&self, slot: usize) -> &[E] {
         match slot {
             POSITION => self.rows.x,
@@ -98,7 +103,7 @@ impl<E: Layout> GroupField<'_, E> {
             }
             advance(numbers_mut(x), numbers_mut(v), own, &of_rows[..count]);
         });
-        self.next = FIRST;
+        self.release_slots();
     }
 
     /// Caches an acceleration for the next step.

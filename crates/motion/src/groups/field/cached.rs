@@ -2,10 +2,9 @@
 
 use super::classes::Classes;
 use super::{GroupField, GroupRows, Layout};
-use crate::groups::combination::{CACHED, Combination, FIRST, POSITION, VELOCITY};
+use crate::groups::combination::{CACHED, Combination, POSITION, VELOCITY};
 use crate::groups::rows::{Array, Element, Row, numbers};
 use crate::laws::{Axes, MutualGravity};
-use crate::methods::Field as _;
 use crate::state::threads::Threads;
 use crate::units::Scalar;
 
@@ -29,7 +28,13 @@ impl GroupCache {
 
 impl GroupCache<Axes> {
     /// Moves the cache of one group, of `rows` rows in blocks of `width` elements, to `cache`.
-    pub fn give(&mut self, width: usize, rows: usize, group: usize, cache: &mut GroupCache) {
+    pub fn move_group_to(
+        &mut self,
+        width: usize,
+        rows: usize,
+        group: usize,
+        cache: &mut GroupCache,
+    ) {
         let Some(key) = self.keys.get_mut(group).and_then(Option::take) else { return };
         cache.keys.clear();
         cache.keys.push(Some(key));
@@ -45,10 +50,10 @@ impl GroupCache<Axes> {
         }
     }
 
-    /// Takes the cache of one group out of `cache`. Leaves it there and returns `false` if there are caches of other groups
-    /// whose rows are in other classes.
+    /// Moves the cache of one group out of `cache` into this one. Leaves it there and returns `false` if there are caches of
+    /// other groups whose rows are in other classes.
     #[must_use]
-    pub fn take(&mut self, width: usize, group: usize, cache: &mut GroupCache) -> bool {
+    pub fn move_group_from(&mut self, width: usize, group: usize, cache: &mut GroupCache) -> bool {
         if self.keys.len() <= group {
             self.keys.resize(group + 1, None);
         }
@@ -80,6 +85,7 @@ impl GroupCache<Axes> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct CacheKey {
     time: Scalar,
+    /// Changes whenever the laws do.
     epoch: u64,
     /// A hash that changes whenever own laws of rows change.
     own: u64,
@@ -87,16 +93,15 @@ struct CacheKey {
 }
 
 impl<E: Layout> GroupField<'_, E> {
-    /// The length of the last step of all rows. If rows differ, because a velocity was set or a body is new, all
-    /// velocities are synchronized with their positions, and the method restarts.
-    pub(super) fn common_last_step(&mut self) -> f64 {
+    /// Synchronizes all velocities with their positions, so that the method restarts, if the last steps of rows differ,
+    /// because a velocity was set or a body is new. Returns the length of the last step of all rows.
+    pub(super) fn synchronize_last_steps(&mut self) -> f64 {
         let Some(first) = self.rows.last.first().copied() else { return 0.0 };
         if self.rows.last.iter().all(|step| *step == first) {
             return first;
         }
         let (x, v) = (Combination::of(POSITION), Combination::of(VELOCITY));
-        let a = self.laws(0.0, x, v);
-        let a = a.slot().unwrap_or(FIRST);
+        let a = self.accelerate(self.segment.evaluation_time(0.0), x, v);
         let GroupRows { v, last, .. } = &mut self.rows;
         let elements = v.iter_mut().zip(&*self.scratch.slots[a]).zip(last.chunks(E::LANES));
         for ((v, a), steps) in elements {
@@ -105,7 +110,7 @@ impl<E: Layout> GroupField<'_, E> {
                 rows.for_each(|((part, a), step)| *part += a * step * 0.5);
             }
         }
-        self.next = FIRST;
+        self.release_slots();
         0.0
     }
 
@@ -127,24 +132,25 @@ impl<E: Layout> GroupField<'_, E> {
         let now = Some(self.cache_key(self.environment.parameters.times.start));
         cache.keys.resize(self.rows.groups, None);
         // Accelerations from before a jump are invalid after it.
-        let may_fit = cache.classes == self.scratch.classes && !self.segment.jump;
-        let same = may_fit && cache.w == self.rows.w && numbers(&cache.x) == numbers(self.rows.x);
-        let mut others = std::mem::take(&mut self.scratch.not_cached);
-        if !(same && cache.keys.iter().all(|key| *key == now)) {
+        let is_usable = cache.classes == self.scratch.classes && !self.segment.jump;
+        let all_match =
+            is_usable && cache.w == self.rows.w && numbers(&cache.x) == numbers(self.rows.x);
+        let mut to_compute = std::mem::take(&mut self.scratch.not_cached);
+        if !(all_match && cache.keys.iter().all(|key| *key == now)) {
             let fits = |group: usize| {
-                may_fit && cache.keys[group] == now && (same || self.is_in(cache, group))
+                is_usable && cache.keys[group] == now && (all_match || self.is_in(cache, group))
             };
-            others.extend((0..self.rows.groups).filter(|group| !fits(*group)));
+            to_compute.extend((0..self.rows.groups).filter(|group| !fits(*group)));
         }
-        let none = others.len() == self.rows.groups;
-        others.retain(|group| !none && self.rows.apart.binary_search(group).is_err());
-        self.scratch.not_cached = others;
+        let all_differ = to_compute.len() == self.rows.groups;
+        to_compute.retain(|group| !all_differ && self.rows.apart.binary_search(group).is_err());
+        self.scratch.not_cached = to_compute;
         // Empty until the tick stores new ones: it may fail.
         cache.keys.clear();
-        if none {
+        if all_differ {
             return None;
         }
-        self.compute_others(cache);
+        self.compute_not_cached(cache);
         std::mem::swap(&mut self.scratch.slots[CACHED], &mut cache.a);
         Some(Combination::of(CACHED))
     }
@@ -160,14 +166,15 @@ impl<E: Layout> GroupField<'_, E> {
     }
 
     /// Computes the accelerations of the groups that are not cached.
-    fn compute_others(&mut self, cache: &mut GroupCache<E>) {
+    fn compute_not_cached(&mut self, cache: &mut GroupCache<E>) {
         if self.scratch.not_cached.is_empty() {
             return;
         }
         let (x, v) = (Combination::of(POSITION), Combination::of(VELOCITY));
-        let computed = self.laws(0.0, x, v).slot().unwrap_or(FIRST);
+        let computed = self.accelerate(self.segment.evaluation_time(0.0), x, v);
+        // [`Self::count`] counts it for these groups alone.
         self.evaluations -= 1;
-        self.next = FIRST;
+        self.release_slots();
         for group in &self.scratch.not_cached {
             for row in 0..self.coupling.rows {
                 let (element, lane) = self.place(row, *group);
@@ -176,7 +183,8 @@ impl<E: Layout> GroupField<'_, E> {
         }
     }
 
-    pub(super) fn note(&mut self, cache: &mut GroupCache<E>, is_cached: bool) {
+    /// Stores the accelerations at the end of the tick in `cache` if the method has cached them, or else clears it.
+    pub(super) fn store_or_clear(&mut self, cache: &mut GroupCache<E>, is_cached: bool) {
         cache.keys.clear();
         if is_cached {
             let key = self.cache_key(self.environment.parameters.times.end);

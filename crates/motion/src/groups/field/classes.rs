@@ -13,10 +13,10 @@ use crate::units::Vector;
 pub(crate) struct Class {
     /// Constant acceleration, m/s².
     pub constant: Vector,
-    /// Rate of linear drag, 1/s.
+    /// Total rate of linear drag, 1/s, with exact damping where the method damps around its ticks.
     pub rate: f64,
     pub(super) damping: Option<Damping>,
-    /// The factors of damping around a tick, or in the current segment.
+    /// Factors of damping: around the tick, or in the current segment if the method damps inside each step.
     pub(super) decay: Decay,
     pub(super) limit: Option<f64>,
     pub locks: Option<AxisLocks>,
@@ -59,7 +59,11 @@ impl Classes {
     }
 }
 
+/// The class of rows in sheets without options, if air acts on sheets.
+const IN_SHEET: u32 = 1;
+
 impl<E: Layout> GroupField<'_, E> {
+    /// Fills `classes`, and counts the rows on which gravity acts.
     pub(super) fn sort_into_classes(&mut self) {
         let GroupEnvironment { shared, parameters, .. } = self.environment;
         let (gravity, drag) = (shared.free_fall(), shared.laws.drag);
@@ -94,14 +98,14 @@ impl<E: Layout> GroupField<'_, E> {
         }
         if !sheets.is_empty() {
             classes.push(class(true, &BodyOptions::NONE));
-            sheets.iter().for_each(|row| class_of[*row as usize] = 1);
+            sheets.iter().for_each(|row| class_of[*row as usize] = IN_SHEET);
         }
         let mut without_gravity = 0;
         for row in self.rows.with_options {
             let options = self.options.row(*row as usize);
             without_gravity += u64::from(options.gravity_off);
             let class_of = &mut class_of[*row as usize];
-            let class = class(*class_of == 1 && !sheets.is_empty(), &options);
+            let class = class(*class_of == IN_SHEET && !sheets.is_empty(), &options);
             // Neighbors often have the same options.
             if classes.last() != Some(&class) {
                 classes.push(class);
@@ -124,6 +128,7 @@ impl<E: Layout> GroupField<'_, E> {
         !self.environment.parameters.laws.is_empty() || !self.rows.with_laws.is_empty()
     }
 
+    /// Whether a law or damping may reduce velocities to almost 0.
     pub(super) fn decays(&self) -> bool {
         self.depends_on_velocity()
             || self.scratch.classes.list.iter().any(|class| class.decay.multiplies())

@@ -25,7 +25,7 @@ pub(crate) fn equal_parts() -> impl Iterator<Item = (f64, f64)> {
 }
 
 /// Finds by bisection where between `from` and `to` the condition `holds` ends. It must hold at `from` and not at `to`.
-pub(crate) fn end_of(holds: impl Fn(f64) -> bool, mut from: f64, mut to: f64) -> f64 {
+pub(crate) fn bisect_end(holds: impl Fn(f64) -> bool, mut from: f64, mut to: f64) -> f64 {
     loop {
         let middle = 0.5 * (from + to);
         if middle <= from || middle >= to || to - from < 1e-14 {
@@ -88,7 +88,7 @@ impl Way {
     fn change(&self, taut: bool) -> Option<Scalar> {
         let is_as_before = |s| self.is_taut(s) == taut;
         let (before, after) = equal_parts().find(|(_, after)| !is_as_before(*after))?;
-        Some(end_of(is_as_before, before, after))
+        Some(bisect_end(is_as_before, before, after))
     }
 }
 

@@ -12,9 +12,8 @@ use crate::groups::coupling::is_open;
 use crate::groups::lanes::{differences, four, three};
 use crate::groups::pull::{AT_ONCE, axes, stiffnesses};
 use crate::groups::rows::Array;
-use crate::groups::solver::Solver;
+use crate::groups::solver::{LEAST_SQUARED_RESIDUAL, Solver};
 use crate::kernels::evaluations::Iterations;
-use crate::laws::damping::SNAP;
 use crate::laws::{Axes, BLOCK_BODIES};
 use crate::methods::Field as _;
 use crate::simd::{Lanes as _, with_simd};
@@ -210,8 +209,8 @@ impl LaneSolver {
         squares[0] + squares[1] + squares[2]
     }
 
-    /// [`Gradients::solve`](crate::groups::solver::Gradients::solve) for a right side with this sum of squares. Returns the
-    /// iterations of each group, and which ones converged.
+    /// [`ConjugateGradients::solve`](crate::groups::solver::ConjugateGradients::solve) for a right side with this sum of
+    /// squares. Returns the iterations of each group, and which ones converged.
     #[inline(always)]
     fn iterate<S: Simd>(
         &mut self,
@@ -258,8 +257,7 @@ impl LaneSolver {
             squared = active.select(left, squared);
             active &= !converged;
         }
-        // The square of a tiny residual underflows to 0: no tolerance is below that.
-        (iterations, converged | squared.simd_lt(splat(SNAP)))
+        (iterations, converged | squared.simd_lt(splat(LEAST_SQUARED_RESIDUAL)))
     }
 
     /// Sets `q = A p`. Returns the product of p and q.

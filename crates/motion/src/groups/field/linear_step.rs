@@ -6,6 +6,7 @@ use super::GroupField;
 use crate::groups::coupling::{SheetRow, add, in_air, is_open, rate_along};
 use crate::groups::pull::{AxisBlock, Linearized, SpringRow, axis};
 use crate::groups::rows::{Row, RowArray};
+use crate::groups::solver::StepMatrix;
 use crate::kernels::record::vector;
 use crate::laws::{BodyState, EvaluationTime, Jacobians, Law};
 use crate::methods::Field as _;
@@ -53,13 +54,13 @@ impl LinearStep {
         self.root.extend(movable.iter().map(|w| if *w > 0.0 { w.sqrt() } else { 0.0 }));
     }
 
-    /// Computes the derivatives of springs and air for a step in the state `x`, `v`, without those of called laws. With
-    /// `exact`, also those of the forces across springs that are shorter than at rest.
-    pub fn linearize(&mut self, field: &GroupField<'_>, x: &[Row], v: &[Row], exact: bool) {
+    /// Computes the derivatives of springs and air for a step in the state `x`, `v`, without those of called laws. For
+    /// the exact matrix, also those of the forces across springs that are shorter than at rest.
+    pub fn linearize(&mut self, field: &GroupField<'_>, x: &[Row], v: &[Row], matrix: StepMatrix) {
         let (h, springs) = (field.step(), field.springs());
         springs.find_axes(field.threads, x, &mut self.axes);
         self.compressed.clear();
-        if exact {
+        if matrix == StepMatrix::Exact {
             self.compressed.extend(springs.iter().filter_map(|SpringRow { ends, elastic }| {
                 let [a, b] = ends.map(|end| vector(&x[end as usize]));
                 let (n, taut) = axis(b - a, elastic.rest_length);
@@ -125,13 +126,13 @@ impl LinearStep {
     }
 
     /// Computes `q = A p` without a matrix, with springs at the positions `x`; `row_terms` returns the rate of linear drag and
-    /// the locks of a row. A is the exact derivative if `exact`, otherwise its positive definite part.
+    /// the locks of a row. A is `matrix`.
     pub fn multiply(
         &mut self,
         field: &GroupField<'_>,
         x: &[Row],
         row_terms: impl Fn(usize) -> (f64, Option<AxisLocks>) + Sync,
-        exact: bool,
+        matrix: StepMatrix,
         p: &[Row],
         q: &mut [Row],
     ) {
@@ -148,7 +149,7 @@ impl LinearStep {
         let change =
             Linearized { x, axes, moves: scaled, stiffness: h * h, damping: h, times: -1.0 };
         field.springs().add(field.shares(), &change, forces);
-        for (ends, n, across) in compressed.iter().take_while(|_| exact) {
+        for (ends, n, across) in compressed.iter().take_while(|_| matrix == StepMatrix::Exact) {
             let [a, b] = ends.map(|end| end as usize);
             let d = vector(&scaled[b]) - vector(&scaled[a]);
             let change = (d - *n * n.dot(d)) * *across;
@@ -167,7 +168,7 @@ impl LinearStep {
             for (row, q) in (first..).zip(q) {
                 let (root, (rate, locks)) = (root[row], row_terms(row));
                 let local = match local.get(row) {
-                    Some(Local { attractive, rest, .. }) if exact => {
+                    Some(Local { attractive, rest, .. }) if matrix == StepMatrix::Exact => {
                         ((*attractive + *rest) * vector(&p[row])).to_array()
                     }
                     Some(Local { attractive, .. }) => (*attractive * vector(&p[row])).to_array(),

@@ -6,7 +6,7 @@ use super::{GroupField, Layout};
 use crate::groups::combination::Combination;
 use crate::groups::coupling::is_open;
 use crate::groups::rows::{Row, RowArray};
-use crate::groups::solver::{Gradients, Solved, advance, dot};
+use crate::groups::solver::{ConjugateGradients, Solved, StepMatrix, add_scaled, dot};
 use crate::kernels::evaluations::Iterations;
 use crate::kernels::record::vector;
 use crate::laws::{BodyState, EvaluationTime, Law};
@@ -18,7 +18,7 @@ use crate::state::threads::Threads;
 #[derive(Debug, Default)]
 pub(crate) struct Workspace {
     linear: LinearStep,
-    gradients: Gradients,
+    gradients: ConjugateGradients,
     x: RowArray,
     /// Velocities before the solve, with the kicks that precede it.
     before: RowArray,
@@ -96,7 +96,7 @@ impl Workspace {
     pub fn step(&mut self, field: &mut GroupField<'_>, v: &mut [Row], iterations: &mut Iterations) {
         self.x.copy(field.rows.x);
         self.fit(field);
-        let follows_state = self.linearize(field, v, false);
+        let follows_state = self.linearize(field, v, StepMatrix::Definite);
         self.force(field, v);
         self.right_side(field, v, false);
         let most = field.environment.solver.newton_iterations;
@@ -119,9 +119,9 @@ impl Workspace {
 
     /// Linearizes all laws at the positions of this workspace and the velocities `v`. Returns whether a called law depends
     /// on the state of its body.
-    fn linearize(&mut self, field: &GroupField<'_>, v: &[Row], exact: bool) -> bool {
+    fn linearize(&mut self, field: &GroupField<'_>, v: &[Row], matrix: StepMatrix) -> bool {
         let Self { linear, x, .. } = self;
-        linear.linearize(field, x, v, exact);
+        linear.linearize(field, x, v, matrix);
         let mut follows_state = false;
         if field.calls() {
             linear.expect_laws();
@@ -204,8 +204,8 @@ impl Workspace {
         let mut converged = false;
         for _ in 0..most {
             let before = dot(&self.gradients.r[..movable], &self.gradients.r[..movable]);
-            self.linearize(field, v, true);
-            let Solved { iterations, is_finite, .. } = self.solve(field, true);
+            self.linearize(field, v, StepMatrix::Exact);
+            let Solved { iterations, is_finite, .. } = self.solve(field, StepMatrix::Exact);
             counts.newton += 1;
             counts.cg += u64::from(iterations);
             if !is_finite {
@@ -221,7 +221,7 @@ impl Workspace {
             let accepted = converged
                 || (0..=MOST_HALVINGS).any(|_| {
                     tried.copy(v);
-                    advance(&mut tried[..movable], &self.gradients.y, part);
+                    add_scaled(&mut tried[..movable], &self.gradients.y, part);
                     self.residual(field, &tried);
                     let after = dot(&self.gradients.r[..movable], &self.gradients.r[..movable]);
                     let is_better = after <= before;
@@ -229,7 +229,7 @@ impl Workspace {
                     is_better
                 });
             if accepted {
-                advance(&mut v[..movable], &self.gradients.y, part);
+                add_scaled(&mut v[..movable], &self.gradients.y, part);
             }
             if converged || !accepted {
                 break;
@@ -253,8 +253,8 @@ impl Workspace {
             || size * field.step() <= rounding
     }
 
-    /// Solves for the residual in the arrays of the gradients, with exact derivatives or with their definite part.
-    fn solve(&mut self, field: &GroupField<'_>, exact: bool) -> Solved {
+    /// Solves for the residual in the arrays of the gradients.
+    fn solve(&mut self, field: &GroupField<'_>, matrix: StepMatrix) -> Solved {
         let Self { linear, gradients, x, .. } = self;
         let movable = field.coupling.movable;
         let classes = &field.scratch.classes;
@@ -264,13 +264,13 @@ impl Workspace {
             (*rate, if locked { *locks } else { None })
         };
         let (solver, threads) = (field.environment.solver, field.threads);
-        let mut multiply = |exact: bool, p: &[Row], q: &mut [Row]| {
-            linear.multiply(field, x, row_terms, exact, p, q);
+        let mut multiply = |matrix: StepMatrix, p: &[Row], q: &mut [Row]| {
+            linear.multiply(field, x, row_terms, matrix, p, q);
         };
-        if exact {
-            gradients.solve_exact(solver, movable, threads, multiply)
+        if matrix == StepMatrix::Exact {
+            gradients.solve_indefinite(solver, movable, threads, multiply)
         } else {
-            gradients.solve(solver, movable, threads, |p, q| multiply(false, p, q))
+            gradients.solve(solver, movable, threads, |p, q| multiply(matrix, p, q))
         }
     }
 
@@ -290,7 +290,7 @@ impl Workspace {
         v: &mut [Row],
         counts: &mut Iterations,
     ) -> bool {
-        let Solved { iterations, converged, is_finite } = self.solve(field, false);
+        let Solved { iterations, converged, is_finite } = self.solve(field, StepMatrix::Definite);
         if !is_finite {
             self.show_broken(field, v);
         }

@@ -108,8 +108,8 @@ impl BodyTick<'_> {
     }
 
     /// Returns a force or an acceleration without its components along locked axes.
-    pub fn open(&self, v: Vector) -> Vector {
-        self.locks.map_or(v, |locks| locks.open(v))
+    pub fn along_open_axes(&self, v: Vector) -> Vector {
+        self.locks.map_or(v, |locks| locks.along_open_axes(v))
     }
 }
 

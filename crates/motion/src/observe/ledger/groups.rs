@@ -7,7 +7,7 @@ use super::bodies::{BodyTick, PhasePoint};
 use super::lines::{Energies, LedgerTotals};
 use super::path::{Path, QuadratureNode, cuts, nodes};
 use super::tick::LedgerTick;
-use crate::groups::{Coupling, Row, SpringRow, end_of, equal_parts, pulls, row_of};
+use crate::groups::{Coupling, Row, SpringRow, bisect_end, equal_parts, pulls, row_of};
 use crate::kernels::record::vector;
 use crate::laws::tick_times::TickTimes;
 use crate::laws::{Drag, MutualGravity};
@@ -18,7 +18,7 @@ use crate::units::{Scalar, Vector};
 pub(super) struct LedgerGroup<'w> {
     coupling: &'w Coupling,
     /// Index of the body of every row.
-    rows: Vec<usize>,
+    body_of_row: Vec<usize>,
     inverse_masses: Vec<Scalar>,
     /// Whether a body has locked axes.
     locked: bool,
@@ -47,7 +47,7 @@ pub(super) fn ledger_groups<'w>(
         coupling.in_sheets.iter().for_each(|row| bodies[rows[*row as usize]].in_sheet = true);
         let inverse_masses = rows.iter().map(|body| bodies[*body].inverse_mass).collect();
         let locked = rows[..coupling.movable].iter().any(|body| bodies[*body].locks.is_some());
-        found.push(LedgerGroup { coupling, rows, inverse_masses, locked });
+        found.push(LedgerGroup { coupling, body_of_row: rows, inverse_masses, locked });
     }
     found
 }
@@ -55,7 +55,7 @@ pub(super) fn ledger_groups<'w>(
 impl LedgerGroup<'_> {
     /// Positions and velocities of the rows.
     fn rows(&self, state: impl Fn(usize) -> PhasePoint) -> (Vec<Row>, Vec<Row>) {
-        let states = self.rows.iter().map(|body| state(*body));
+        let states = self.body_of_row.iter().map(|body| state(*body));
         states.map(|PhasePoint { position, velocity }| (row_of(position), row_of(velocity))).unzip()
     }
 
@@ -71,13 +71,9 @@ impl LedgerGroup<'_> {
         if !self.coupling.springs.is_empty() {
             energies.add_potential("springs", self.coupling.elastic_energy(&x));
         }
-        if self.attraction(tick).is_some() {
-            let energy = self.coupling.attraction_energy(
-                tick.environment.attraction,
-                &x,
-                &self.inverse_masses,
-                0.0,
-            );
+        if let Some(law) = self.attraction(tick) {
+            let pairs = self.coupling.attraction_energies(law, &x, &self.inverse_masses);
+            let energy = pairs.fold(0.0, |sum, (_, energy)| sum + energy);
             energies.add_potential("mutual_gravity", energy);
         }
     }
@@ -99,8 +95,10 @@ impl LedgerGroup<'_> {
         for QuadratureNode { after, weight, at } in nodes(times, &cuts) {
             let (x, v) = self.rows(|body| paths[body].at(after));
             let node = GroupNode { bodies, x, v, weight };
+            // A cord changes at the ends of its interval, so it is judged in the middle.
+            let interval_middle = at.within_step - times.start;
             let taut = |spring: &SpringRow| {
-                !spring.elastic.pull_only || self.pulls(spring, paths, at.within_step - times.start)
+                !spring.elastic.pull_only || self.pulls(spring, paths, interval_middle)
             };
             self.add_springs(&node, taut, totals);
             if let Some(drag) =
@@ -116,7 +114,7 @@ impl LedgerGroup<'_> {
 
     /// Whether a spring pulls `after` seconds of the tick.
     fn pulls(&self, spring: &SpringRow, paths: &[Path], after: Scalar) -> bool {
-        let [a, b] = spring.ends.map(|end| paths[self.rows[end as usize]].at(after));
+        let [a, b] = spring.ends.map(|end| paths[self.body_of_row[end as usize]].at(after));
         pulls(&spring.elastic, b.position - a.position, b.velocity - a.velocity)
     }
 
@@ -129,8 +127,9 @@ impl LedgerGroup<'_> {
             let taut = |part: Scalar| self.pulls(&cord, paths, times.tick * part);
             for (from, to) in equal_parts().filter(|(from, to)| taut(*from) != taut(*to)) {
                 let before = taut(from);
-                changes
-                    .push(times.start + times.tick * end_of(|part| taut(part) == before, from, to));
+                changes.push(
+                    times.start + times.tick * bisect_end(|part| taut(part) == before, from, to),
+                );
             }
         }
         cuts(times, changes.iter())
@@ -145,7 +144,7 @@ impl LedgerGroup<'_> {
     ) {
         let GroupNode { x, v, .. } = node;
         let movable = self.coupling.movable;
-        if !self.coupling.springs.damped() && !self.locked && self.rows.len() == movable {
+        if !self.coupling.springs.damped() && !self.locked && self.body_of_row.len() == movable {
             // Work is in the potential, and the impulses cancel.
             return;
         }
@@ -158,11 +157,11 @@ impl LedgerGroup<'_> {
                 let rate = d.dot(u) / length;
                 let Elastic { stiffness, damping, rest_length, .. } = spring.elastic;
                 let stretch = length - rest_length;
-                let (drag, pull) = match taut(&spring) {
+                let (dissipating, pull) = match taut(&spring) {
                     true => (damping * rate, stiffness * stretch + damping * rate),
                     false => (-(stiffness * stretch.max(0.0)), 0.0),
                 };
-                lost += drag * rate;
+                lost += dissipating * rate;
                 if self.locked || a >= movable || b >= movable {
                     self.add_pair(node, ends, d * (pull / length), totals);
                 }
@@ -182,9 +181,9 @@ impl LedgerGroup<'_> {
         totals: &mut LedgerTotals,
     ) {
         let mut given = |end: usize, force: Vector| {
-            let body = &node.bodies[self.rows[end]];
+            let body = &node.bodies[self.body_of_row[end]];
             if end < self.coupling.movable {
-                let impulse = body.open(force) * node.weight;
+                let impulse = body.along_open_axes(force) * node.weight;
                 totals.angular_momentum.anchors += vector(&node.x[end]).cross(impulse);
                 (impulse, 0.0)
             } else {
@@ -208,8 +207,8 @@ impl LedgerGroup<'_> {
         let mut forces = vec![[0.0; 4]; x.len()];
         self.coupling.blow(drag, time, x, v, &mut forces);
         let (mut work, mut impulse, mut angular) = (0.0, Vector::ZERO, Vector::ZERO);
-        for (i, body) in self.rows[..self.coupling.movable].iter().enumerate() {
-            let weighted = bodies[*body].open(vector(&forces[i])) * node.weight;
+        for (i, body) in self.body_of_row[..self.coupling.movable].iter().enumerate() {
+            let weighted = bodies[*body].along_open_axes(vector(&forces[i])) * node.weight;
             work += weighted.dot(vector(&v[i]));
             impulse += weighted;
             angular += vector(&x[i]).cross(weighted);

@@ -92,7 +92,7 @@ impl<'w> LedgerTick<'w> {
                 totals.angular_momentum.damping += position.cross(impulse);
             }
         }
-        let push = body.open(body.push);
+        let push = body.along_open_axes(body.push);
         if push != Vector::ZERO {
             let lever = |(node, state): &(QuadratureNode, PhasePoint)| {
                 (state.position - start.position) * node.weight
@@ -108,7 +108,7 @@ impl<'w> LedgerTick<'w> {
         for law in self.laws(body) {
             let (mut work, mut impulse, mut angular) = (0.0, Vector::ZERO, Vector::ZERO);
             for (node, state) in &states {
-                let a = body.open(law.acceleration(node.at, body.state(*state)));
+                let a = body.along_open_axes(law.acceleration(node.at, body.state(*state)));
                 let weighted = a * (body.mass() * node.weight);
                 work += weighted.dot(state.velocity);
                 impulse += weighted;
@@ -133,7 +133,7 @@ impl<'w> LedgerTick<'w> {
             let jump = jumping
                 .map(|law| law.acceleration(future, state) - law.acceleration(past, state))
                 .sum();
-            path.bend(now, body.open(jump));
+            path.bend(now, body.along_open_axes(jump));
         }
     }
 }

@@ -4,9 +4,9 @@ use bevy_ecs::prelude::*;
 use glam::DVec3;
 
 use super::cure::LinearSystem;
-use super::lanczos::{Largest, dot, largest, orthogonalize};
+use super::lanczos::{Largest, Pair, dot, largest, orthogonalize};
 use super::matrix::Matrix;
-use super::modes::{MOST, Modes, Stepping};
+use super::modes::{MOST_COORDINATES, Modes, Stepping};
 use super::{LimitingPart, Margin, SpringMargin, single_bodies};
 use crate::groups::{Contributor, Coupling, LinearGroup, Solver, Terms, states_of};
 use crate::laws::damping::Damping;
@@ -24,37 +24,39 @@ pub(super) fn margin(
     spring_margins: Option<&mut Vec<SpringMargin>>,
 ) -> Option<Margin> {
     let damps_inside = stepping.method.traits().damps_inside;
-    let times = if damps_inside { 1.0 } else { f64::from(stepping.substeps) };
-    let group = LinearGroup::of(world, coupling, bodies).with_longer_decays(times);
+    // Damping around a tick acts over the whole tick, damping inside the steps over a substep.
+    let longer_by = if damps_inside { 1.0 } else { f64::from(stepping.substeps) };
+    let group = LinearGroup::of(world, coupling, bodies).with_longer_decays(longer_by);
     let h = stepping.substep();
     let mut bounds = group.bounds().fold(Terms::default(), Terms::larger);
     bounds.stiffness += group.largest_pull();
     bounds.damping += group.largest_rate();
-    let over = times_over(bounds, h);
-    if over == 0.0 {
+    let step_ratio = ratio_to_stable_step(bounds, h);
+    if step_ratio == 0.0 {
         return None;
     }
     let is_linear = is_linear(world, coupling, bodies)
         // Such a method is stable only where damping acts, which changes as the bodies move.
         && (stepping.method.claims().stability_limit != 0.0 || bounds.damping == 0.0);
-    let margin = if over.is_finite() {
-        group_margin(world, &group, bounds, h / over, stepping, is_linear, bodies)?
+    let margin = if step_ratio.is_finite() {
+        group_margin(world, &group, bounds, h / step_ratio, stepping, is_linear, bodies)?
     } else {
-        let shares = group.bounds().map(|bound| times_over(bound, h));
-        infinite_margin(&group, shares, bodies, stepping, is_linear)
+        let spring_ratios = group.bounds().map(|bound| ratio_to_stable_step(bound, h));
+        infinite_margin(&group, spring_ratios, bodies, stepping, is_linear)
     };
     if let Some(springs) = spring_margins {
-        let shares: Vec<_> = group.bounds().map(|bound| times_over(bound, h)).collect();
-        let most = shares.iter().copied().fold(0.0, f64::max);
-        let ratio = |share: Scalar| match share {
-            _ if !over.is_finite() => share,
+        let spring_ratios: Vec<_> =
+            group.bounds().map(|bound| ratio_to_stable_step(bound, h)).collect();
+        let most = spring_ratios.iter().copied().fold(0.0, f64::max);
+        let ratio = |spring_ratio: Scalar| match spring_ratio {
+            _ if !step_ratio.is_finite() => spring_ratio,
             0.0 => 0.0,
-            share => margin.ratio() * share / most,
+            spring_ratio => margin.ratio() * spring_ratio / most,
         };
-        let each = group.ends().zip(shares);
-        springs.extend(each.map(|(ends, share)| SpringMargin {
+        let each = group.ends().zip(spring_ratios);
+        springs.extend(each.map(|(ends, spring_ratio)| SpringMargin {
             ends: ends.map(|end| bodies[end]),
-            ratio: ratio(share),
+            ratio: ratio(spring_ratio),
         }));
     }
     Some(margin)
@@ -86,22 +88,13 @@ fn group_margin(
     let damping = world.get_resource::<Damping>().copied();
     let solver = world.get_resource::<Solver>().copied().unwrap_or_default();
     let h = stepping.substep();
-    // `power`: the eigenvalue is proportional to this power of the value.
     let with_threshold = |threshold| {
         let LimitingMode { system, mode: y, largest, quotients, excess } =
             limiting_mode(group, damping, short, bounds, threshold)?;
         let Terms { stiffness, damping: rate } = quotients;
-        let name = |row: usize| bodies[row];
         let factors = Terms { stiffness: short * short, damping: 2.0 * short };
-        let (part, value, power) = match group.largest_contributor(factors, &y)? {
-            Contributor::Spring(ends) => {
-                (LimitingPart::Spring(ends.map(name)), h * stiffness.sqrt(), 2.0)
-            }
-            Contributor::Damper(ends) => (LimitingPart::Damper(ends.map(name)), h * rate, 1.0),
-            Contributor::Drag(row) => (LimitingPart::Drag(name(row)), h * rate, 1.0),
-            Contributor::Well(row) => (strongest_well(world, name(row)), h * stiffness.sqrt(), 2.0),
-            Contributor::Damping(row) => (LimitingPart::Damping(name(row)), h * rate, 1.0),
-        };
+        let contributor = group.largest_contributor(factors, &y)?;
+        let (part, value, power) = part_of(world, bodies, contributor, h, quotients);
         let converges = converges(solver, group, h * h * stiffness + h * rate);
         let stepping =
             Stepping { may_be_implicit: stepping.may_be_implicit && converges, ..stepping };
@@ -116,6 +109,27 @@ fn group_margin(
     Some(margin)
 }
 
+/// The limiting part of a group at substeps of `h` seconds, its value, and the power of the value that the eigenvalue is
+/// proportional to.
+fn part_of(
+    world: &World,
+    bodies: &[Entity],
+    contributor: Contributor,
+    h: Scalar,
+    Terms { stiffness, damping: rate }: Terms,
+) -> (LimitingPart, Scalar, Scalar) {
+    let name = |row: usize| bodies[row];
+    match contributor {
+        Contributor::Spring(ends) => {
+            (LimitingPart::Spring(ends.map(name)), h * stiffness.sqrt(), 2.0)
+        }
+        Contributor::Damper(ends) => (LimitingPart::Damper(ends.map(name)), h * rate, 1.0),
+        Contributor::Drag(row) => (LimitingPart::Drag(name(row)), h * rate, 1.0),
+        Contributor::Well(row) => (strongest_well(world, name(row)), h * stiffness.sqrt(), 2.0),
+        Contributor::Damping(row) => (LimitingPart::Damping(name(row)), h * rate, 1.0),
+    }
+}
+
 /// The well that restores a body most.
 fn strongest_well(world: &World, body: Entity) -> LimitingPart {
     let position = world.get::<Transform>(body).copied().unwrap_or_default().position;
@@ -126,8 +140,8 @@ fn strongest_well(world: &World, body: Entity) -> LimitingPart {
     LimitingPart::Well(strongest, body)
 }
 
-/// The margin of the mutual gravity of a group: that of the pair with the highest frequency of a circle at its distance. `None` if
-/// no body attracts another.
+/// The margin of the mutual gravity of a group: that of the pair whose circular orbit at its present distance is the
+/// fastest. `None` if no body attracts another.
 pub(super) fn attraction_margin(
     world: &World,
     coupling: &Coupling,
@@ -136,10 +150,10 @@ pub(super) fn attraction_margin(
 ) -> Option<Margin> {
     let law = world.get_resource::<MutualGravity>().filter(|_| coupling.attracts)?;
     let states = states_of(world, bodies);
-    let w: Vec<_> = states.iter().map(|state| state.inverse_mass).collect();
+    let inverse_masses: Vec<_> = states.iter().map(|state| state.inverse_mass).collect();
     let pairs = (0..coupling.movable).flat_map(|a| (a + 1..coupling.rows).map(move |b| [a, b]));
     let squared = |pair: [usize; 2]| {
-        let strength = coupling.pair_strength(law, pair, &w);
+        let strength = coupling.pair_strength(law, pair, &inverse_masses);
         let well = Well { position: DVec3::ZERO, strength, softening: law.softening };
         let apart = states[pair[1]].position - states[pair[0]].position;
         // No force acts at the same position.
@@ -155,15 +169,16 @@ pub(super) fn attraction_margin(
     Some(system.margin(part, coupling.movable, value, value, stepping, false))
 }
 
-/// The margin of a group whose fastest mode may be infinitely fast; `shares` are the shares of the springs in that mode.
+/// The margin of a group whose fastest mode may be infinitely fast; `spring_ratios` are the steps over the longest stable
+/// one of each spring.
 fn infinite_margin(
     group: &LinearGroup<'_>,
-    shares: impl Iterator<Item = Scalar>,
+    spring_ratios: impl Iterator<Item = Scalar>,
     bodies: &[Entity],
     stepping: Stepping,
     is_linear: bool,
 ) -> Margin {
-    let spring = group.ends().zip(shares).find(|(_, share)| !share.is_finite());
+    let spring = group.ends().zip(spring_ratios).find(|(_, ratio)| !ratio.is_finite());
     let part = match spring {
         Some((ends, _)) => LimitingPart::Spring(ends.map(|end| bodies[end])),
         None => LimitingPart::Drag(bodies[group.fastest_drag()]),
@@ -181,17 +196,17 @@ fn infinite_margin(
 
 /// Step of `h` seconds over the longest stable step of semi-implicit Euler, which is at `h² stiffness + 2 h damping = 4`.
 /// The limits of other methods differ by a factor of about 1 and are computed.
-fn times_over(bounds: Terms, h: Scalar) -> Scalar {
+fn ratio_to_stable_step(bounds: Terms, h: Scalar) -> Scalar {
     // 1 / t, where t² p + 2 t q = 4.
     let (p, q) = (h * h * bounds.stiffness, h * bounds.damping);
     (q + (q * q + 4.0 * p).sqrt()) / 4.0
 }
 
-/// Whether implicit Euler's solver converges, where `stiffest` is the largest of `h² w² + h c`. Conjugate gradients
+/// Whether implicit Euler's solver converges, where `largest_eigenvalue` is that of `h² A + h C`. Conjugate gradients
 /// need at most as many iterations as the condition number demands (Luenberger 1973), or as there are numbers, times a
 /// factor for rounding. Beyond a condition number of 1 / epsilon the inertia is below rounding.
-fn converges(solver: Solver, group: &LinearGroup<'_>, stiffest: Scalar) -> bool {
-    let condition = 1.0 + stiffest;
+fn converges(solver: Solver, group: &LinearGroup<'_>, largest_eigenvalue: Scalar) -> bool {
+    let condition = 1.0 + largest_eigenvalue;
     let by_condition = 0.5 * condition.sqrt() * libm::log(2.0 / solver.tolerance);
     #[expect(clippy::cast_precision_loss, reason = "a count of numbers")]
     let by_numbers = 3.0 * group.coordinates() as Scalar;
@@ -202,7 +217,7 @@ fn converges(solver: Solver, group: &LinearGroup<'_>, stiffest: Scalar) -> bool 
 /// `stiffness y·A y + damping y·C y`, with the scene's damping in C.
 fn quotient(group: &LinearGroup<'_>, factors: Terms, y: &[Scalar]) -> Scalar {
     let mut product = vec![0.0; y.len()];
-    group.apply(factors, true, y, &mut product);
+    group.apply(factors, y, &mut product);
     dot(y, &product).max(0.0)
 }
 
@@ -230,10 +245,7 @@ fn limiting_mode(
     bounds: Terms,
     threshold: Option<Scalar>,
 ) -> Option<LimitingMode> {
-    let n = group.coordinates();
     let alike = group.uniform_rate().zip(group.uniform_damping());
-    let scenes =
-        |rate: Option<Scalar>| damping.zip(rate).map(|(damping, rate)| Damping { rate, ..damping });
     // Scales the numbers to about 1, whatever the stiffness.
     let factors = match alike {
         Some(_) if bounds.stiffness > 0.0 => {
@@ -242,40 +254,62 @@ fn limiting_mode(
         Some(_) => Terms::default(),
         None => Terms { stiffness: h * h, damping: 2.0 * h },
     };
-    let count = if alike.is_some() { 1 } else { MOST };
+    let count = if alike.is_some() { 1 } else { MOST_COORDINATES };
     let bound = (factors.stiffness * bounds.stiffness + factors.damping * bounds.damping)
         .min(group.bound(factors));
-    let Largest { pairs, at_most } =
-        largest(n, count, bound, threshold, |y, out| group.apply(factors, alike.is_none(), y, out));
+    let apply = |y: &[Scalar], out: &mut [Scalar]| match alike {
+        Some(_) => group.apply_laws(factors, y, out),
+        None => group.apply(factors, y, out),
+    };
+    let Largest { pairs, at_most } = largest(group.coordinates(), count, bound, threshold, apply);
     // None if numbers have overflowed.
-    let (value, fastest) = pairs.first()?.clone();
+    let (value, mode) = pairs.first()?.clone();
     let excess = if value > 0.0 { (at_most / value).max(1.0) } else { 1.0 };
-    if let Some((all, own)) = alike {
-        // The eigenvalue: another product would give the same.
-        let stiffness = if value > 0.0 { value / factors.stiffness } else { 0.0 };
-        let parts = [stiffness, 0.0].map(|stiffness| Modes::one(stiffness, all, scenes(own)));
-        let system = LinearSystem::apart(parts.to_vec());
-        let quotients = Terms { stiffness, damping: quotient(group, Terms::DAMPING, &fastest) };
-        return Some(LimitingMode { system, mode: fastest, largest: value, quotients, excess });
-    }
-    // The mode alone. The scene's damping has its own formulas. It need not be exact.
-    let [stiffness, all] =
-        [Terms::STIFFNESS, Terms::DAMPING].map(|factors| quotient(group, factors, &fastest));
-    let mut own = vec![0.0; n];
-    group.damp(1.0, &fastest, &mut own);
-    let laws = (all - dot(&own, &fastest)).max(0.0);
+    let (system, quotients) = match alike {
+        Some((laws_rate, scene_rate)) => {
+            // By the eigenvalue itself: its Rayleigh quotient needs no further product with A.
+            let stiffness = if value > 0.0 { value / factors.stiffness } else { 0.0 };
+            let damping_of_scene = of_rate(damping, scene_rate);
+            let quotients = Terms { stiffness, damping: quotient(group, Terms::DAMPING, &mode) };
+            let parts = [stiffness, 0.0]
+                .map(|stiffness| Modes::one(stiffness, laws_rate, damping_of_scene));
+            (LinearSystem::apart(parts.to_vec()), quotients)
+        }
+        None => general_system(group, damping, pairs, &mode),
+    };
+    Some(LimitingMode { system, mode, largest: value, quotients, excess })
+}
+
+/// The scene's damping with another rate.
+fn of_rate(damping: Option<Damping>, rate: Option<Scalar>) -> Option<Damping> {
+    damping.zip(rate).map(|(damping, rate)| Damping { rate, ..damping })
+}
+
+/// The system of a group whose rows differ in their damping, in the basis of `pairs`, and the Rayleigh quotients of its
+/// fastest mode.
+fn general_system(
+    group: &LinearGroup<'_>,
+    damping: Option<Damping>,
+    pairs: Vec<Pair>,
+    fastest: &[Scalar],
+) -> (LinearSystem, Terms) {
+    let n = group.coordinates();
+    let [stiffness, damping_quotient] =
+        [Terms::STIFFNESS, Terms::DAMPING].map(|factors| quotient(group, factors, fastest));
+    let mut by_scene = vec![0.0; n];
+    group.damp(1.0, fastest, &mut by_scene);
+    let by_laws = (damping_quotient - dot(&by_scene, fastest)).max(0.0);
     let rates = group.rates().iter().zip(fastest.chunks_exact(3));
     let rate = group.rates().first().map(|_| rates.map(|(rate, y)| rate * dot(y, y)).sum());
-    let guess = Modes::one(stiffness, laws, scenes(rate));
-    let basis: Vec<Vec<Scalar>> = if n <= MOST {
+    // The mode alone, in which the scene's damping has its own formulas: the search for the limit begins near its limit.
+    let guess = Modes::one(stiffness, by_laws, of_rate(damping, rate));
+    let basis: Vec<Vec<Scalar>> = if n <= MOST_COORDINATES {
         (0..n).map(|i| (0..n).map(|j| f64::from(u8::from(i == j))).collect()).collect()
     } else {
         orthonormal(pairs.into_iter().map(|(_, y)| y))
     };
     let modes = reduced(group, damping, &basis);
-    let system = LinearSystem::joined(modes, guess);
-    let quotients = Terms { stiffness, damping: all };
-    Some(LimitingMode { system, mode: fastest, largest: value, quotients, excess })
+    (LinearSystem::joined(modes, guess), Terms { stiffness, damping: damping_quotient })
 }
 
 /// An orthonormal basis of `vectors`; skips a vector that the earlier ones span.
@@ -319,8 +353,8 @@ fn reduced(group: &LinearGroup<'_>, damping: Option<Damping>, basis: &[Vec<Scala
         .into_iter()
         .flat_map(|damping| rates().map(move |(class, rate)| (damping, class, rate)));
     Modes {
-        stiffness: project(&|y, out| group.apply(Terms::STIFFNESS, false, y, out)),
-        damping: project(&|y, out| group.apply(Terms::DAMPING, false, y, out)),
+        stiffness: project(&|y, out| group.apply_laws(Terms::STIFFNESS, y, out)),
+        damping: project(&|y, out| group.apply_laws(Terms::DAMPING, y, out)),
         decays: decays
             .map(|(damping, class, rate)| (Damping { rate, ..damping }, part(class)))
             .collect(),

@@ -8,7 +8,7 @@ use crate::methods::table::Method;
 use crate::methods::{Field, Integrator, StepState, with_method};
 
 /// Largest number of coordinates of a system that is not reduced.
-pub(crate) const MOST: usize = 12;
+pub(crate) const MOST_COORDINATES: usize = 12;
 
 /// The method, tick and substeps of a system.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,7 +29,7 @@ impl Stepping {
     }
 }
 
-/// A linear system `x'' = -A x - C x'` in at most [`MOST`] coordinates in which the mass is 1, and the scene's damping.
+/// A linear system `x'' = -A x - C x'` in at most [`MOST_COORDINATES`] coordinates in which the mass is 1, and the scene's damping.
 #[derive(Clone, Debug)]
 pub(crate) struct Modes {
     /// A, 1/s²: symmetric and positive semidefinite.
@@ -55,7 +55,7 @@ impl Modes {
     pub fn growth(&self, stepping: Stepping) -> f64 {
         let matrix = with_method!(stepping.method, M => match self.stiffness.size() {
             1 => self.tick::<M, 1>(stepping),
-            _ => self.tick::<M, MOST>(stepping),
+            _ => self.tick::<M, MOST_COORDINATES>(stepping),
         });
         let radius = matrix.radius();
         if radius.is_nan() { f64::INFINITY } else { radius }

@@ -104,7 +104,7 @@ fn keep(found: &mut Vec<Found>, count: usize, order: fn(Scalar, Scalar) -> std::
 
 /// The product of the stiffness of a group with a vector.
 fn stiffness(group: &LinearGroup<'_>) -> impl Fn(&[Scalar], &mut [Scalar]) + Copy {
-    |y, out| group.apply(Terms::STIFFNESS, false, y, out)
+    |y, out| group.apply_laws(Terms::STIFFNESS, y, out)
 }
 
 /// The `count` slowest and twice as many of the fastest modes of a group, as squared frequencies and vectors of length 1, from
@@ -175,7 +175,7 @@ fn of_subspaces(group: &LinearGroup<'_>, count: usize) -> [Vec<Numbered>; 2] {
 fn mode(group: &LinearGroup<'_>, bodies: &[Entity], squared: Scalar, y: &[Scalar]) -> NaturalMode {
     let angular_frequency = squared.sqrt();
     let mut product = vec![0.0; y.len()];
-    group.apply(Terms::DAMPING, true, y, &mut product);
+    group.apply(Terms::DAMPING, y, &mut product);
     let damping_ratio = dot(y, &product).max(0.0) / (2.0 * angular_frequency);
     let mut moved: Vec<_> = bodies.iter().copied().zip(group.amplitudes(y)).collect();
     moved.sort_by(|(_, a), (_, b)| b.total_cmp(a));
