@@ -17,13 +17,12 @@ use crate::change::Change;
 use crate::simulation::Simulation;
 use crate::snapshot::Snapshot;
 
+pub use scene::TIMELINE_BYTES;
+
 pub use replay::{Broken, Replay};
 pub use rerun::Rerun;
 pub use seek::Seek;
 pub use watch::{ENERGY_JUMP, Fault, Watch};
-
-/// Memory limit of a timeline, bytes.
-pub const TIMELINE_BYTES: usize = 64 << 20;
 
 /// Simulated time that a timeline covers, s, if its memory limit allows it.
 pub const TIMELINE_SECONDS: f64 = 60.0;

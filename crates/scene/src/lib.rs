@@ -57,14 +57,16 @@ pub use edit::{Field, Kind, Setting, TextEdit, Value, VariedScene, moved_place, 
 pub use entries::Entry;
 pub use frame_times::parse_frame_times;
 pub use generate::BODY_LIMIT;
-pub use memory::{Keeps, address_space, allow_memory, byte_words, memory, runs_that_fit};
+pub use memory::{
+    Keeps, TIMELINE_BYTES, address_space, allow_memory, byte_words, memory, runs_that_fit,
+};
 pub use parts::{FREE_BODIES, Part};
 pub use resolve::declared::key_of_law;
 pub use resolve::springs::unsolvable;
 pub use resolve::survival::EXPLODES;
 pub use scene::coupled::{Declaration, EmitterSpec, SoftBodySpec, SpringSpec};
 pub use scene::names::Names;
-pub use scene::survival::{Bounds, Lengths, Measure, Steps, SurvivalRow};
+pub use scene::survival::{Bounds, Lengths, Measure, SurvivalRow, TickLengths};
 pub use scene::{
     BodySpec, CameraSpec, ExpectSpec, LightSpec, OwnLawsSpec, PushSpec, Reading, SCENE_VERSION,
     Scene, Source, StepKind,

@@ -45,7 +45,7 @@ const THRUST: [u64; 2] = [130, 160];
 const POINT: [u64; 2] = [50, 50];
 
 /// Copies of each name and label.
-const COPIES_OF_WORDS: u64 = 2;
+const COPIES_OF_NAMES: u64 = 2;
 
 /// Copies of a text while it is read: the original, one with its numbers spelled as RON has them, and that of the
 /// scene.
@@ -59,8 +59,8 @@ const COMPARED: u64 = 240;
 
 /// Additional bytes of a body in a black box: its rows in the snapshot that is being made.
 const BLACK_BOX: u64 = 300;
-/// Most bytes of all snapshots together.
-const TIMELINE: u64 = 64 << 20;
+/// Memory limit of a timeline: the bytes of all its snapshots together.
+pub const TIMELINE_BYTES: usize = 64 << 20;
 
 /// Additional bytes of a body in pictures: its instance here and on a device in software, and its place between two
 /// ticks.
@@ -104,13 +104,15 @@ impl Reading {
     /// Bytes that are taken only during reading, at most: a list has room for up to twice its entries.
     const fn passing(self) -> u64 {
         let text = self.text.saturating_mul(COPIES_OF_TEXT - 1);
-        text.saturating_add(self.entries.saturating_mul(2)).saturating_add(self.words)
+        text.saturating_add(self.entries.saturating_mul(2)).saturating_add(self.name_bytes)
     }
 
     /// Bytes of the reading that the scene keeps.
     const fn kept(self) -> u64 {
         let bodies = self.bodies.saturating_mul(WRITTEN_BODY);
-        self.text.saturating_add(bodies).saturating_add(self.words.saturating_mul(COPIES_OF_WORDS))
+        self.text
+            .saturating_add(bodies)
+            .saturating_add(self.name_bytes.saturating_mul(COPIES_OF_NAMES))
     }
 }
 
@@ -201,7 +203,7 @@ impl Census {
 pub struct Keeps {
     /// A ledger of energy, momentum and angular momentum.
     pub ledger: bool,
-    /// States that are compared, with those of so many further runs beside it.
+    /// States that are compared: with those of how many further runs beside it.
     pub compared: Option<u64>,
     /// The last minute, to go back in.
     pub black_box: bool,
@@ -222,7 +224,7 @@ impl Keeps {
                 .unwrap_or(0)
                 .saturating_mul(census.in_world().saturating_add(census.in_scene())),
             each(self.black_box, BLACK_BOX),
-            if self.black_box { TIMELINE } else { 0 },
+            if self.black_box { TIMELINE_BYTES as u64 } else { 0 },
             if self.black_box && on_device > 0 { EmitterSpec::KEPT_ON_DEVICE } else { 0 },
             each(self.pictures.is_some(), PICTURE),
             self.pictures.unwrap_or_default(),
@@ -394,11 +396,11 @@ fn free_in_control_groups() -> Option<u64> {
     let own = groups.lines().find_map(|line| line.strip_prefix("0::/")).unwrap_or_default();
     let root = Path::new("/sys/fs/cgroup");
     let own = root.join(own);
-    let second = own.ancestors().take_while(|folder| folder.starts_with(root));
-    let second = second.filter_map(|folder| {
+    let v2 = own.ancestors().take_while(|folder| folder.starts_with(root));
+    let v2 = v2.filter_map(|folder| {
         left(folder, "memory.max", "memory.current", ["inactive_file", "active_file"])
     });
     let kinds = ["total_inactive_file", "total_active_file"];
-    let first = left(&root.join("memory"), "memory.limit_in_bytes", "memory.usage_in_bytes", kinds);
-    second.chain(first).min()
+    let v1 = left(&root.join("memory"), "memory.limit_in_bytes", "memory.usage_in_bytes", kinds);
+    v2.chain(v1).min()
 }

@@ -99,12 +99,16 @@ pub(crate) fn parse_as(name: &str, text: &str, source: Source) -> Result<Scene, 
         ));
     };
     let (raw, unknown) = read_raw.map_err(|error| syntax::error(name, text, "", &error))?;
-    let words = |words: &Option<String>| words.as_ref().map_or(0, String::len);
+    let bytes = |name: &Option<String>| name.as_ref().map_or(0, String::len);
     let reading = Reading {
         text: text.len() as u64,
         entries: entries as u64,
         bodies: raw.bodies.len() as u64,
-        words: raw.bodies.iter().map(|body| (words(&body.name) + words(&body.label)) as u64).sum(),
+        name_bytes: raw
+            .bodies
+            .iter()
+            .map(|body| (bytes(&body.name) + bytes(&body.label)) as u64)
+            .sum(),
     };
     let mut faults = Faults::default();
     for path in &unknown {

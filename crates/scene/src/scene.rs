@@ -300,7 +300,7 @@ pub struct Reading {
     /// Bodies that are written as entries of their own.
     pub bodies: u64,
     /// Bytes of their names and labels.
-    pub words: u64,
+    pub name_bytes: u64,
 }
 
 impl PartialEq for Reading {

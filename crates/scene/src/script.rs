@@ -151,7 +151,7 @@ impl Script {
             found.extend(
                 match step.action.body().filter(|body| scene.names.find(body).is_none()) {
                     Some(stranger) => Some(scene.names.stranger(stranger)),
-                    None => removed.look(i, step),
+                    None => removed.check(i, step),
                 },
             );
             for (what, cure) in found {
@@ -270,7 +270,7 @@ pub(crate) struct Removed<'a>(HashMap<(bool, &'a str), usize>);
 
 impl<'a> Removed<'a> {
     /// Records step number `i`. Returns what is wrong with it, if its body was removed before.
-    pub fn look(&mut self, i: usize, step: &'a Step) -> Option<(String, String)> {
+    pub fn check(&mut self, i: usize, step: &'a Step) -> Option<(String, String)> {
         let body = (step.is_of_ticks(), step.action.body()?);
         let before = self.0.get(&body).copied();
         if matches!(step.action, Action::Change(ChangeAction::Remove(_))) {

@@ -56,19 +56,19 @@ impl Replay {
     /// Applies the events at the present tick number, after skipping earlier ones. A push waits for the coming tick. Returns
     /// whether one of them may add energy.
     ///
-    /// The watch is not told of them: [`Self::tick`] does so at once; at the end of a seek, the next live tick does.
+    /// It does not tell the watch. [`Self::tick`] does that right after; after a seek the next live tick does.
     pub fn carry_out<'a>(
         &mut self,
         events: &mut Peekable<impl Iterator<Item = &'a Event>>,
     ) -> bool {
         let now = self.simulation.ticks();
-        let mut some = false;
+        let mut may_add_energy = false;
         while let Some(event) = events.next_if(|event| event.tick <= now) {
             if event.tick == now {
                 self.simulation.give(&event.what);
-                some |= event.what.may_add_energy();
+                may_add_energy |= event.what.may_add_energy();
             }
         }
-        some
+        may_add_energy
     }
 }

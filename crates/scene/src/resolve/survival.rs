@@ -8,7 +8,7 @@ use crate::check::{DAMPING_RATE, Rule, STEP_RATE, Scope, not_negative, positive,
 use crate::raw;
 use crate::scene::Scene;
 use crate::scene::names::Names;
-use crate::scene::survival::{Bounds, Measure, Steps, SurvivalRow};
+use crate::scene::survival::{Bounds, Measure, SurvivalRow, TickLengths};
 use crate::script::{Removed, undeclared};
 use crate::text::faults::Faults;
 
@@ -233,7 +233,7 @@ impl<'a> Row<'a> {
             given.is_some(),
             scope,
             "bounded_below",
-            "add the bound that a run of use keeps",
+            "add the bound that a useful run stays below",
         );
         if given.is_some() && !(exact <= bounded && bounded < explodes) {
             let what = format!("the bounds {exact}, {bounded} and {explodes} do not rise");
@@ -258,7 +258,7 @@ impl<'a> Row<'a> {
         Some(Damping { model, rate })
     }
 
-    fn steps(self, faults: &mut Faults) -> Steps {
+    fn steps(self, faults: &mut Faults) -> TickLengths {
         let (scope, key) = (self.scope, "steps");
         let mut number = |name: &str, value: Option<f64>, default, rule: Rule| {
             if value.is_none() {
@@ -267,12 +267,12 @@ impl<'a> Row<'a> {
             faults.number(scope, key, value, default, rule)
         };
         match *self.get(|raw| raw.steps.as_ref()).unwrap_or(&raw::Steps::Constant) {
-            raw::Steps::Constant => Steps::Constant,
-            raw::Steps::Jittered { spread, seed } => Steps::Jittered {
+            raw::Steps::Constant => TickLengths::Constant,
+            raw::Steps::Jittered { spread, seed } => TickLengths::Jittered {
                 spread: number("spread", spread, 0.5, SPREAD),
                 seed: seed.unwrap_or(0),
             },
-            raw::Steps::Hitch { at_s, length_s } => Steps::Hitch {
+            raw::Steps::Hitch { at_s, length_s } => TickLengths::Hitch {
                 at: number("at_s", at_s, 0.0, rule(not_negative, "a time", HITCH)),
                 length: number("length_s", length_s, 1.0, rule(positive, "a time", HITCH)),
             },
@@ -297,9 +297,10 @@ impl<'a> Row<'a> {
                 Err((what, cure)) => faults.add(key.as_str(), what, cure),
             }
         }
-        // `look` finds steps for bodies that an earlier step has removed.
+        // `check` finds steps for bodies that an earlier step has removed.
         let mut removed = Removed::default();
-        for (what, cure) in steps.iter().enumerate().filter_map(|(i, step)| removed.look(i, step)) {
+        for (what, cure) in steps.iter().enumerate().filter_map(|(i, step)| removed.check(i, step))
+        {
             faults.add(key.as_str(), what, cure);
         }
         steps

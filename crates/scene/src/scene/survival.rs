@@ -24,7 +24,7 @@ pub struct SurvivalRow {
     /// Substeps of the fine run that [`Measure::Reference`] compares with.
     pub reference_substeps: u32,
     /// Lengths of the ticks.
-    pub steps: Steps,
+    pub steps: TickLengths,
     /// Ticks per second; overrides the scene.
     pub step_hz: f64,
     /// Substeps per tick; overrides the scene.
@@ -95,7 +95,7 @@ pub struct Bounds {
 
 /// The lengths of the ticks of a row.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum Steps {
+pub enum TickLengths {
     /// `1 / step_hz` seconds each.
     #[default]
     Constant,
@@ -118,7 +118,7 @@ pub enum Steps {
 /// The lengths of the ticks of a row, one after the other.
 #[derive(Clone, Debug)]
 pub struct Lengths {
-    steps: Steps,
+    steps: TickLengths,
     step: f64,
     random: Pcg64,
     ticks: u32,
@@ -132,16 +132,16 @@ impl Iterator for Lengths {
         let begins = f64::from(self.ticks) * self.step;
         self.ticks = self.ticks.saturating_add(1);
         Some(match self.steps {
-            Steps::Constant => self.step,
-            Steps::Jittered { spread, .. } => {
+            TickLengths::Constant => self.step,
+            TickLengths::Jittered { spread, .. } => {
                 self.step * (1.0 + spread * symmetric(&mut self.random))
             }
             // The ticks before it are constant, so rounding must not move it by one.
-            Steps::Hitch { at, length } if !self.done && begins >= at - 1e-9 * self.step => {
+            TickLengths::Hitch { at, length } if !self.done && begins >= at - 1e-9 * self.step => {
                 self.done = true;
                 length
             }
-            Steps::Hitch { .. } => self.step,
+            TickLengths::Hitch { .. } => self.step,
         })
     }
 }
@@ -150,7 +150,7 @@ impl SurvivalRow {
     /// Lengths of its ticks, s; the iterator never ends.
     #[must_use]
     pub fn lengths(&self) -> Lengths {
-        let seed = if let Steps::Jittered { seed, .. } = self.steps { seed } else { 0 };
+        let seed = if let TickLengths::Jittered { seed, .. } = self.steps { seed } else { 0 };
         let random = Pcg64::seed_from_u64(seed);
         Lengths { steps: self.steps, step: 1.0 / self.step_hz, random, ticks: 0, done: false }
     }
@@ -161,7 +161,7 @@ mod tests {
     use super::*;
     use crate::scene::Scene;
 
-    fn row(steps: Steps) -> SurvivalRow {
+    fn row(steps: TickLengths) -> SurvivalRow {
         let text = "(version: 1, step_hz: 10, bodies: [(mass_kg: 1)], wells: [(strength_m3_s2: 1)],
             expect: (survival: (measure: reference, ticks: 5, bounded_below: 1, offset_m: (0, 7, 0))))";
         SurvivalRow { steps, ..Scene::parse("t", text).unwrap().survival.unwrap().remove(0) }
@@ -170,10 +170,10 @@ mod tests {
     #[test]
     fn ticks_have_the_lengths_that_are_asked_for() {
         let lengths = |steps| row(steps).lengths().take(1000).collect::<Vec<_>>();
-        assert!(lengths(Steps::Constant).iter().all(|length| *length == 0.1));
-        let hitch = lengths(Steps::Hitch { at: 0.3, length: 1.0 });
+        assert!(lengths(TickLengths::Constant).iter().all(|length| *length == 0.1));
+        let hitch = lengths(TickLengths::Hitch { at: 0.3, length: 1.0 });
         assert_eq!(hitch[..5], [0.1, 0.1, 0.1, 1.0, 0.1]);
-        let jittered = |seed| lengths(Steps::Jittered { spread: 0.5, seed });
+        let jittered = |seed| lengths(TickLengths::Jittered { spread: 0.5, seed });
         assert!(jittered(1).iter().all(|length| (0.05..0.15).contains(length)));
         assert!(
             jittered(1).iter().any(|length| *length < 0.06)
@@ -185,7 +185,7 @@ mod tests {
 
     #[test]
     fn an_offset_moves_everything() {
-        let row = row(Steps::Constant);
+        let row = row(TickLengths::Constant);
         let text = "(version: 1, bodies: [(position_m: (1, 0, 0), method: runge_kutta_4)], wells: [(strength_m3_s2: 1)],
             emitters: [(rate_per_s: 1, life_s: 1, speed_m_s: 1)])";
         let moved = row.scene(&Scene::parse("t", text).unwrap());
