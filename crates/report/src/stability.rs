@@ -8,22 +8,23 @@ use lab::stability::Matrix;
 
 pub use tables::{markdown, matrix_csv, table};
 
-/// Whether [`files`] may have a file of that name.
+/// The names of [`files`]. `matrix.json` is the first, because it distinguishes the folder from one that a person filled.
+const NAMES: [&str; 5] = ["matrix.json", "stability.html", "matrix.svg", "matrix.csv", "matrix.md"];
+
+/// Whether [`files`] may have a file of that name, or had it in an earlier version, which wrote maps too.
 pub fn is_file(name: &str) -> bool {
-    let texts = ["stability.html", "matrix.csv", "matrix.md", "matrix.json"];
-    texts.contains(&name) || name.ends_with(".svg")
+    NAMES.contains(&name) || name.ends_with(".svg")
 }
 
 /// The files of a report by their names: `stability.html` with everything in it, `matrix.svg`, `matrix.csv`, `matrix.md`
 /// and `matrix.json`, which is read again.
 pub fn files(matrix: &Matrix) -> Vec<(String, Vec<u8>)> {
-    let files = [
-        // First, because this file distinguishes the folder from one that a person filled.
-        ("matrix.json".to_owned(), matrix.json()),
-        ("stability.html".to_owned(), page::page(matrix)),
-        ("matrix.svg".to_owned(), heat_map::drawing(matrix).document()),
-        ("matrix.csv".to_owned(), matrix_csv(matrix)),
-        ("matrix.md".to_owned(), markdown(matrix)),
+    let texts = [
+        matrix.json(),
+        page::page(matrix),
+        heat_map::drawing(matrix).document(),
+        matrix_csv(matrix),
+        markdown(matrix),
     ];
-    files.into_iter().map(|(name, text)| (name, text.into_bytes())).collect()
+    NAMES.map(str::to_owned).into_iter().zip(texts.map(String::into_bytes)).collect()
 }
