@@ -83,7 +83,7 @@ pub(crate) struct Pipelines {
     /// Drawn in place of the sky if there is a ground.
     pub ground: wgpu::RenderPipeline,
     /// The ground itself, which hides what is below it.
-    pub plain: wgpu::RenderPipeline,
+    pub ground_plane: wgpu::RenderPipeline,
     pub particle: wgpu::RenderPipeline,
     pub sprite: wgpu::RenderPipeline,
     pub line: wgpu::RenderPipeline,
@@ -270,8 +270,8 @@ impl Pipelines {
                 ..behind
             }
             .pipeline(device, &picture, to),
-            plain: Drawing {
-                label: "plain",
+            ground_plane: Drawing {
+                label: "ground plane",
                 shader: &ground,
                 vertex: "vs_plain",
                 fragment: Some("fs_ground"),

@@ -32,6 +32,11 @@ struct Globals {
     ground: Vec4,
 }
 
+/// Value of `Globals::picture.w` for soft light and matte bodies.
+const SOFT: f32 = 1.0;
+/// Value of `Globals::picture.w` for soft light on paper.
+const FOR_PAPER: f32 = 2.0;
+
 /// Up to this many spheres are drawn with all their triangles, however small they are.
 const CROWD: usize = 100;
 
@@ -179,15 +184,14 @@ impl Renderer {
         self.cuboids.upload(gpu, &frame.cuboids);
         self.spheres.upload(gpu, frame.spheres.iter().filter(|ball| !is_small(ball)));
         self.small_spheres.upload(gpu, frame.spheres.iter().filter(is_small));
+        let (globals_layout, shadow_layout) = (&self.globals_layout, &self.shadow_map.layout);
+        let to = &self.destination;
         if self.surfaces.is_some() || !frame.surfaces.is_empty() {
-            let layouts = (&self.globals_layout, &self.shadow_map.layout);
-            let new = || Surfaces::new(&gpu.device, layouts.0, layouts.1, &self.destination);
+            let new = || Surfaces::new(&gpu.device, globals_layout, shadow_layout, to);
             self.surfaces.get_or_insert_with(new).upload(gpu, &frame.surfaces);
         }
         if self.translucent.is_some() || !frame.translucent.is_empty() {
-            let layouts = (&self.globals_layout, &self.shadow_map.layout);
-            let new =
-                || TranslucentBodies::new(&gpu.device, layouts.0, layouts.1, &self.destination);
+            let new = || TranslucentBodies::new(&gpu.device, globals_layout, shadow_layout, to);
             self.translucent.get_or_insert_with(new).upload(gpu, &frame.translucent);
         }
         match &frame.layer {
@@ -245,7 +249,11 @@ impl Renderer {
                 picture[0] / scale,
                 picture[1] / scale,
                 f32::from(u8::from(frame.space)),
-                if frame.paper { 2.0 } else { f32::from(u8::from(frame.soft)) },
+                match (frame.paper, frame.soft) {
+                    (true, _) => FOR_PAPER,
+                    (false, true) => SOFT,
+                    (false, false) => 0.0,
+                },
             ),
             ground: frame.ground.map_or(Vec4::ZERO, |ground| {
                 let [x, z] = ground.offset_m;
@@ -320,7 +328,7 @@ impl Renderer {
             surfaces.draw_plain(&mut pass);
         }
         let behind = match frame.ground {
-            Some(_) => &[&self.pipelines.plain, &self.pipelines.ground][..],
+            Some(_) => &[&self.pipelines.ground_plane, &self.pipelines.ground][..],
             None => &[&self.pipelines.sky],
         };
         for pipeline in behind {

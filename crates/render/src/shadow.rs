@@ -281,7 +281,7 @@ mod tests {
                 Vec3::new(size, 2.0, 0.0),
                 Vec3::new(0.0, 3.0, size),
             ];
-            let surfaces = vec![Surface::smooth(&points, [[0, 1, 2]], [1.0; 4], false)];
+            let surfaces = vec![Surface::smooth(&points, [[0, 1, 2]], [1.0; 4])];
             let frame =
                 Frame { surfaces, spheres: vec![ball(Vec3::ZERO, 0.5)], ..Frame::default() };
             let view = LightView::new(&TUTORIAL, Caster::all(&frame)).unwrap();

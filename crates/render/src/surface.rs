@@ -28,14 +28,13 @@ pub struct SurfaceVertex {
 }
 
 impl Surface {
-    /// A smooth surface through `points`, m relative to the camera. Triangles with an invalid index or a point that
-    /// is not finite are left out. Color: red, green, blue as displayed, 0 to 1, and alpha.
+    /// A smooth surface through `points`, m relative to the camera, without an outline. Triangles with an invalid index
+    /// or a point that is not finite are left out. Color: red, green, blue as displayed, 0 to 1, and alpha.
     #[must_use]
     pub fn smooth(
         points: &[Vec3],
         triangles: impl IntoIterator<Item = [u32; 3]>,
         color: [f32; 4],
-        outlined: bool,
     ) -> Self {
         let there =
             |corner: &u32| points.get(*corner as usize).is_some_and(|point| point.is_finite());
@@ -53,7 +52,11 @@ impl Surface {
             color: bytes,
             normal: normal.to_array(),
         };
-        Self { vertices: points.iter().zip(normals).map(vertex).collect(), triangles, outlined }
+        Self {
+            vertices: points.iter().zip(normals).map(vertex).collect(),
+            triangles,
+            outlined: false,
+        }
     }
 }
 
@@ -104,7 +107,7 @@ mod tests {
         for (triangles, expected) in
             [([[0, 1, 2], [0, 2, 3]], Vec3::Z), ([[0, 2, 1], [0, 3, 2]], Vec3::NEG_Z)]
         {
-            let surface = Surface::smooth(&points, triangles, WHITE, false);
+            let surface = Surface::smooth(&points, triangles, WHITE);
             assert!((0..4).all(|vertex| normal(&surface, vertex) == expected));
         }
     }
@@ -113,7 +116,7 @@ mod tests {
     fn at_a_fold_a_normal_leans_to_the_larger_triangle() {
         // Along x, one triangle lies in the plane y = 0 and one of twice its area stands in z = 0.
         let points = [Vec3::ZERO, Vec3::X, Vec3::Z, Vec3::Y * 2.0];
-        let surface = Surface::smooth(&points, [[0, 2, 1], [0, 1, 3]], WHITE, false);
+        let surface = Surface::smooth(&points, [[0, 2, 1], [0, 1, 3]], WHITE);
         let [x, y, z] = surface.vertices[0].normal;
         assert!(x == 0.0 && y > 0.4 && z > 1.5 * y, "{y} {z}");
         assert_eq!([surface.vertices[2].normal[0], surface.vertices[3].normal[0]], [0.0; 2]);
@@ -126,14 +129,14 @@ mod tests {
     fn a_small_far_cell_has_a_good_normal() {
         let corner = Vec3::new(60.0, -40.0, 80.0);
         let points = [corner, corner + Vec3::X * 0.01, corner + Vec3::Y * 0.01];
-        let surface = Surface::smooth(&points, [[0, 1, 2]], WHITE, false);
+        let surface = Surface::smooth(&points, [[0, 1, 2]], WHITE);
         assert!(normal(&surface, 0).dot(Vec3::Z) > 0.9999);
     }
 
     #[test]
     fn triangles_with_a_point_that_is_not_there_are_left_out_and_spoil_nothing() {
         let points = [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::NAN];
-        let surface = Surface::smooth(&points, [[0, 1, 2], [1, 2, 3], [0, 1, 9]], WHITE, false);
+        let surface = Surface::smooth(&points, [[0, 1, 2], [1, 2, 3], [0, 1, 9]], WHITE);
         assert_eq!(surface.triangles, [[0, 1, 2]]);
         assert!((0..3).all(|vertex| normal(&surface, vertex) == Vec3::Z));
         assert_eq!(normal(&surface, 3), Vec3::ZERO);
@@ -141,7 +144,7 @@ mod tests {
 
     #[test]
     fn a_triangle_without_area_has_no_normal_and_no_nan() {
-        let surface = Surface::smooth(&[Vec3::ONE; 3], [[0, 1, 2]], WHITE, false);
+        let surface = Surface::smooth(&[Vec3::ONE; 3], [[0, 1, 2]], WHITE);
         assert_eq!(normal(&surface, 0), Vec3::ZERO);
     }
 }

@@ -62,7 +62,7 @@ fn both_sides_show_the_color_with_any_light_and_quality() {
                 if seen_from_behind {
                     triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
                 }
-                let surfaces = vec![Surface::smooth(&points, triangles, RED, false)];
+                let surfaces = vec![Surface::smooth(&points, triangles, RED)];
                 let image = draw(&gpu, &mut renderer, &Frame { light, surfaces, ..frame() });
                 assert!(red(middle(&image)), "{light:?} {quality:?} {:?}", middle(&image));
             }
@@ -81,7 +81,7 @@ fn a_body_in_front_of_a_surface_hides_it_and_one_behind_does_not() {
             color: [0.0, 1.0, 0.0, 1.0],
             ..Instance::default()
         };
-        let surfaces = vec![Surface::smooth(&points, triangles, RED, false)];
+        let surfaces = vec![Surface::smooth(&points, triangles, RED)];
         let image = draw(&gpu, &mut renderer, &Frame { surfaces, cuboids: vec![green], ..frame() });
         assert_eq!(red(middle(&image)), !hidden, "{:?}", middle(&image));
     }
@@ -98,8 +98,8 @@ fn surfaces_may_grow_multiply_and_vanish() {
         let (points, triangles) = square(5.0, cells);
         let far: Vec<_> = points.iter().map(|point| *point + Vec3::new(2.5, 0.0, 0.0)).collect();
         let surfaces = vec![
-            Surface::smooth(&points, triangles.clone(), RED, true),
-            Surface::smooth(&far, triangles, RED, false),
+            Surface { outlined: true, ..Surface::smooth(&points, triangles.clone(), RED) },
+            Surface::smooth(&far, triangles, RED),
         ];
         let image = draw(&gpu, &mut renderer, &Frame { surfaces, ..frame() });
         let yellow = |pixel: &&[u8; 4]| pixel[0] > 200 && pixel[1] > 200 && pixel[2] < 100;

@@ -181,12 +181,8 @@ impl Drawing<'_> {
             frame.lines.append(&mut thin);
         } else {
             let triangles = body.triangles.iter().copied();
-            frame.surfaces.push(Surface::smooth(
-                pose.points(),
-                triangles,
-                self.color,
-                self.outlined,
-            ));
+            let surface = Surface::smooth(pose.points(), triangles, self.color);
+            frame.surfaces.push(Surface { outlined: self.outlined, ..surface });
         }
         // On the line of a thin rope points would be dark beads; in the view of springs, points show the selection.
         let shown = |point: Vec3| match (springs_alone, body.triangles.is_empty()) {
