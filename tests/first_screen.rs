@@ -81,7 +81,7 @@ fn a_push_is_shown_for_a_while_by_an_arrow_that_ends_at_the_body() {
 fn a_scene_without_a_camera_wants_to_be_framed_and_one_with_a_camera_does_not() {
     let wants = |scene: Scene| {
         let session = Session::new(scene, Options::default());
-        session.view.wants_frame(&session.stage)
+        session.view.should_be_framed(&session.stage)
     };
     for name in ["tutorial", "frame_step"] {
         assert!(wants(scene::load(name).unwrap()), "{name}");
@@ -92,7 +92,7 @@ fn a_scene_without_a_camera_wants_to_be_framed_and_one_with_a_camera_does_not() 
     }
     let mut cockpit = Cockpit::of("tutorial", [1280, 720]);
     cockpit.press("F");
-    assert!(!cockpit.session().view.wants_frame(&cockpit.session().stage), "it is framed");
+    assert!(!cockpit.session().view.should_be_framed(&cockpit.session().stage), "it is framed");
 }
 
 #[test]

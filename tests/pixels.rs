@@ -72,7 +72,8 @@ fn tour(wanted: &[&str]) -> Vec<Image> {
         let mut events = player.of_frame(
             session.stage.playback().frames(),
             session.stage.sim().ticks(),
-            [time.total() - time.length(), time.total()],
+            time.total() - time.length(),
+            time.total(),
         );
         for event in &mut events {
             // The tour points at pixels of a picture of twice the size; counts that turn the camera stay.
@@ -358,7 +359,7 @@ fn thumbnail(name: &str, studio: &mut Studio) -> Image {
     let seconds =
         SECONDS.iter().find(|(other, _)| *other == name).map_or(2, |(_, seconds)| *seconds);
     for frame in 0..=60 * seconds {
-        let frames = frame == 0 && session.view.wants_frame(&session.stage);
+        let frames = frame == 0 && session.view.should_be_framed(&session.stage);
         let events = if frames { tap("F").to_vec() } else { Vec::new() };
         session.advance(&InputFrame { events }, clock.advance_to(f64::from(frame) / 60.0).unwrap());
     }

@@ -134,7 +134,7 @@ fn a_key_that_is_held_twice_in_a_row_is_held_for_both_times() {
             let mut is_down = false;
             let mut in_frame = |frame: u32| {
                 let ends = [f64::from(frame) - 1.0, f64::from(frame)].map(|frame| frame / fps);
-                for event in player.of_frame(u64::from(frame), 0, ends) {
+                for event in player.of_frame(u64::from(frame), 0, ends[0], ends[1]) {
                     match event {
                         Input::KeyDownUntil(..) => is_down = true,
                         Input::KeyUp(_) => is_down = false,
@@ -287,7 +287,7 @@ fn a_key_at_a_late_time_is_pressed_in_the_frame_that_ends_then_and_not_before() 
                 Script::parse("test", &format!(r#"[(at_s: {at:?}, do: press("P"))]"#)).unwrap();
             let mut player = Player::new(script).unwrap();
             let pressed = [end - length, end].map(|end| {
-                let inputs = player.of_frame(0, 0, [end - length, end]);
+                let inputs = player.of_frame(0, 0, end - length, end);
                 inputs.iter().filter(|input| matches!(input, Input::KeyDownUntil(..))).count()
             });
             assert_eq!(pressed, [0, 1], "{at} s, frame that ends at {end:?} s");

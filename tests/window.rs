@@ -380,7 +380,7 @@ fn a_person_with_a_mouse_alone_goes_the_first_time_path_and_the_recording_repeat
                     let name = if saved.exists() { saved.display().to_string() } else { name };
                     here.drive.session.open(scene::load(&name).unwrap());
                     here.drive.ticks(3);
-                    if here.session().view.wants_frame(&here.session().stage) {
+                    if here.session().view.should_be_framed(&here.session().stage) {
                         here.press("F");
                     }
                 }

@@ -74,7 +74,7 @@ pub struct SceneFile {
     /// The text that an existing file is expected to have.
     pub replaces: Option<Arc<str>>,
     /// The text of the scene when the file was ordered. `text` adds the changes made outside the editor.
-    pub of: Arc<str>,
+    pub scene_text: Arc<str>,
 }
 
 /// The kind of a completed tick.

@@ -80,7 +80,8 @@ impl Tools {
     pub(crate) fn take(
         &mut self,
         intent: &Intent,
-        (stage, view): (&mut Stage, &View),
+        stage: &mut Stage,
+        view: &View,
         opened: &[Panel],
     ) -> Option<Vec<Intent>> {
         self.each()

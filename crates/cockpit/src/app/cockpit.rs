@@ -168,7 +168,8 @@ impl Cockpit {
         &mut self,
         root: &mut Ui,
         opened: &[Panel],
-        (stage, view): (&mut Stage, &mut View),
+        stage: &mut Stage,
+        view: &mut View,
         tools: &mut Tools,
         intents: &mut Vec<Intent>,
     ) {
@@ -180,13 +181,12 @@ impl Cockpit {
         let learns = opened.contains(&Panel::Learn);
         self.parts.clear();
         let bar = Side::top("toolbar").frame(bare);
-        let bar = bar.show(root, |ui| {
-            toolbar::show(ui, (stage, view), [browses, self.dock, learns], intents)
-        });
+        let bar = bar
+            .show(root, |ui| toolbar::show(ui, stage, view, browses, self.dock, learns, intents));
         self.lay_out_part(Part::Toolbar, bar.response.rect, &bar.inner);
         Side::bottom("hints")
             .frame(bare)
-            .show(root, |ui| hints::show(ui, (stage, view), &tools.editor));
+            .show(root, |ui| hints::show(ui, stage, view, &tools.editor));
         if browses {
             let side = Side::left("scenes").frame(bare).resizable(false).exact_size(BROWSER);
             let here = (&*stage.sim().scene.name, stage.files.all());
@@ -205,7 +205,8 @@ impl Cockpit {
             let opens = newest.and_then(Panel::tab);
             self.tab = self.next_tab.take().or(opens).unwrap_or(self.tab);
             let side = side.show(root, |ui| {
-                dock::show(ui, &mut self.tab, (opened, newest), (stage, view), tools, intents)
+                let panels = dock::OpenPanels { opened, newest };
+                dock::show(ui, &mut self.tab, panels, stage, view, tools, intents)
             });
             self.dock_width.note(width, side.response.rect.width());
             self.lay_out_part(Part::Dock, side.response.rect, &side.inner);

@@ -66,7 +66,8 @@ impl Fingers {
         finger: u64,
         phase: TouchPhase,
         at: DVec2,
-        (on_panel, click): (bool, f64),
+        on_panel: bool,
+        click: f64,
     ) -> Vec<Gesture> {
         let place = self.down.iter().position(|(other, _)| *other == finger);
         match (phase, place) {

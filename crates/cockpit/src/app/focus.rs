@@ -51,7 +51,7 @@ pub fn pointable() -> impl Iterator<Item = &'static str> {
 }
 
 /// Frames `control` if the open lesson points at `name`. Scrolls to it, once, if it is out of sight.
-pub(super) fn point_at(ui: &egui::Ui, name: &str, control: &Response) {
+pub(super) fn frame_if_lesson_names(ui: &egui::Ui, name: &str, control: &Response) {
     if pointed_at(ui.ctx()).is_none_or(|pointed| pointed != name) {
         return;
     }

@@ -134,7 +134,7 @@ impl Hands {
                 view.camera.fly(DVec3::Y, moved_s);
             }
             match binding.lasts {
-                Lasts::While(hold) => self.held.press(key, hold, [at, until]),
+                Lasts::While(hold) => self.held.press(key, hold, at, until),
                 _ => return vec![Intent::Act(binding.act)],
             }
         }
@@ -158,8 +158,8 @@ impl Hands {
             }
         }
         let on_panel = !looks && reach.ui.wants_pointer();
-        let how = (on_panel, reach.pixels(CLICK_POINTS));
-        let gestures = self.fingers.take(finger, phase, at, how);
+        let click = reach.pixels(CLICK_POINTS);
+        let gestures = self.fingers.take(finger, phase, at, on_panel, click);
         gestures.into_iter().flat_map(|gesture| self.gesture(gesture, reach.again())).collect()
     }
 
@@ -312,7 +312,7 @@ impl Hands {
     }
 
     /// Sets the pushes of keys for the tick that ends at `due`, s of frame time, known to within `nearly` s.
-    pub fn push(&mut self, [due, nearly]: [f64; 2], reach: Reach<'_>) {
+    pub fn push(&mut self, due: f64, nearly: f64, reach: Reach<'_>) {
         let newtons = self.held.push(due, nearly);
         let Reach { stage, view, .. } = reach;
         let selected = stage.selection().filter(|_| view.mode == Mode::Selection);

@@ -54,7 +54,7 @@ impl Held {
     }
 
     /// Presses a key. `at` is when, and `until` when its push ends, s of frame time, if known.
-    pub fn press(&mut self, key: &Key, hold: Hold, [at, until]: [Option<f64>; 2]) {
+    pub fn press(&mut self, key: &Key, hold: Hold, at: Option<f64>, until: Option<f64>) {
         let held = (key.clone(), hold);
         if self.keys.contains(&held) {
             for pusher in self.pushers.iter_mut().filter(|pusher| pusher.key == held) {

@@ -34,7 +34,7 @@ pub(super) fn lay_out(
     let opened = ui.opened().to_owned();
     let (context, docks) = (root.ctx().clone(), ui.cockpit.shown);
     if docks {
-        ui.cockpit.show(root, &opened, (stage, view), tools, &mut intents);
+        ui.cockpit.show(root, &opened, stage, view, tools, &mut intents);
     }
     ui.view = root.available_rect_before_wrap();
     let [r, g, b, _] = root.visuals().panel_fill.to_array();
@@ -66,7 +66,7 @@ pub(super) fn lay_out(
     }
     if let Some(question) = &ui.question {
         let scene = &stage.sim().scene;
-        intents.extend(ask(&context, question, &scene.name, &tools.editor.file(scene)));
+        intents.extend(ask(&context, question, &scene.name, &tools.editor.file_to_save(scene)));
     }
     windows.iter().filter(|(.., closes)| *closes).for_each(|(panel, ..)| ui.close(*panel));
     show_focus(&context);

@@ -75,7 +75,7 @@ impl Player {
     /// The input of frame number `frame`, which begins after `ticks` ticks and at `start` seconds, and ends at `total` seconds.
     ///
     /// A step is due in the first frame that ends at its time or later, or begins with that many ticks done.
-    pub fn of_frame(&mut self, frame: u64, ticks: u64, [start, total]: [f64; 2]) -> Vec<Input> {
+    pub fn of_frame(&mut self, frame: u64, ticks: u64, start: f64, total: f64) -> Vec<Input> {
         let mut events = std::mem::take(&mut self.afterwards);
         // Frame times are quotients: the frame that ends at 0.5 s may end a rounding earlier.
         let reached = |time: f64| time - total <= 1e-9_f64.max(4.0 * f64::EPSILON * total);

@@ -128,8 +128,9 @@ impl Session {
         let (mut undone, mut late) = (0, false);
         for tick in 1..=ticks {
             let played = tick > 1 && self.play_tick();
-            let due = self.stage.playback().end_of_tick(ticks - tick, self.stage.sim().scene.step);
-            self.with_hands(|hands, reach| hands.push(due, reach));
+            let [due, nearly] =
+                self.stage.playback().end_of_tick(ticks - tick, self.stage.sim().scene.step);
+            self.with_hands(|hands, reach| hands.push(due, nearly, reach));
             match tick {
                 1 => self.stage.before_first_tick(step),
                 _ => self.stage.between_ticks(played),
@@ -285,8 +286,8 @@ impl Session {
 
     /// Carries out what a person wants.
     pub fn carry_out(&mut self, intent: Intent) {
-        let reach = (&mut self.stage, &self.view);
-        if let Some(intents) = self.tools.take(&intent, reach, self.ui.opened()) {
+        let opened = self.ui.opened();
+        if let Some(intents) = self.tools.take(&intent, &mut self.stage, &self.view, opened) {
             return intents.into_iter().for_each(|intent| self.carry_out(intent));
         }
         match intent {
@@ -619,7 +620,7 @@ impl Session {
             Begin::Frame => {
                 self.act(Act::ResetCamera);
                 // Works without the bars, too; the key does not.
-                if self.view.wants_frame(&self.stage) {
+                if self.view.should_be_framed(&self.stage) {
                     self.view.frame(&self.stage);
                 }
             }
@@ -641,7 +642,7 @@ impl Session {
     fn play_frame(&mut self, time: FrameTime) {
         let (frame, ticks) = (self.stage.playback().frames(), self.stage.sim().ticks());
         let Some(player) = &mut self.player else { return };
-        for input in player.of_frame(frame, ticks, [time.total() - time.length(), time.total()]) {
+        for input in player.of_frame(frame, ticks, time.total() - time.length(), time.total()) {
             self.handle(&input);
         }
     }

@@ -21,7 +21,7 @@ use self::document::file_of;
 use self::form::{Form, LISTS, TITLES};
 use self::free::free_move;
 use self::handles::Handle;
-use self::parts::{PARTS, Place, nearest, triple};
+use self::parts::{PARTS, Place, rounded_to_multiple, triple};
 use self::selected::{selected_entry, selected_path};
 use crate::actions::Act;
 use crate::clock::FrameTime;
@@ -52,7 +52,7 @@ pub(crate) struct Editor {
     /// The error of the change that was tried last.
     pub error: Option<String>,
     /// The ends of a spring that is being added, by name, while their bodies are picked.
-    pub joins: Option<Vec<String>>,
+    pub spring_ends: Option<Vec<String>>,
     /// Whether the selection has handles.
     pub has_handles: bool,
     /// Whether its panel was laid out since the last ticks: it may be open behind another tab.
@@ -63,7 +63,7 @@ pub(crate) struct Editor {
     /// The entry whose values were laid out last.
     shown: Option<String>,
     /// The file name that the person typed.
-    file: Option<String>,
+    typed_file: Option<String>,
 }
 
 impl Editor {
@@ -78,13 +78,13 @@ impl Editor {
     }
 
     /// Forgets the unfinished edits of the scene before a change.
-    pub fn finish(&mut self) {
-        (self.error, self.joins, self.handle) = (None, None, None);
+    pub fn discard_unfinished(&mut self) {
+        (self.error, self.spring_ends, self.handle) = (None, None, None);
         self.form.forget();
     }
 
     /// The name of the file that saving writes.
-    pub fn file(&self, scene: &Scene) -> String {
+    pub fn file_to_save(&self, scene: &Scene) -> String {
         let file = match &self.document {
             Some(document) => document.file.as_ref().map(|(path, _)| path.as_path()),
             None => file_of(scene),
@@ -92,7 +92,7 @@ impl Editor {
         let own = || {
             file.map_or_else(|| format!("{}.ron", scene.name), |path| path.display().to_string())
         };
-        self.file.clone().unwrap_or_else(own)
+        self.typed_file.clone().unwrap_or_else(own)
     }
 
     /// Forgets what is being typed, and what is being dragged.
@@ -103,12 +103,12 @@ impl Editor {
 
     /// Takes a body as an end of the spring that is being added. Returns the spring once it has both ends.
     pub fn join(&mut self, stage: &Stage, name: String) -> Option<Intent> {
-        let mut ends = self.joins.take()?;
+        let mut ends = self.spring_ends.take()?;
         if !ends.contains(&name) {
             ends.push(name);
         }
         let [from, to] = &ends[..] else {
-            self.joins = Some(ends);
+            self.spring_ends = Some(ends);
             return None;
         };
         let inverse = |name: &str| {
@@ -137,11 +137,11 @@ impl Editor {
                     desk.intents.push(Intent::Act(act));
                 }
             }
-            let mut file = self.file(scene);
+            let mut file = self.file_to_save(scene);
             let field = ui.add(TextEdit::singleline(&mut file).desired_width(150.0));
             if field.on_hover_text("file, in the working directory unless it has folders").changed()
             {
-                self.file = Some(file.clone());
+                self.typed_file = Some(file.clone());
             }
             if ui.button("Save scene").on_hover_text("Ctrl+Shift+S").clicked() {
                 desk.intents.push(Intent::Act(Act::SaveScene));
@@ -170,15 +170,15 @@ impl Editor {
                     desk.intents.push(Intent::Rewrite(added(&place), Some(path)));
                 }
             }
-            let mut joins = self.joins.is_some();
-            let spring = ui.toggle_value(&mut joins, "Spring");
+            let mut is_joining = self.spring_ends.is_some();
+            let spring = ui.toggle_value(&mut is_joining, "Spring");
             if spring
                 .on_hover_text(
                     "between two bodies, or points of soft bodies, that are clicked next",
                 )
                 .changed()
             {
-                self.joins = joins.then(Vec::new);
+                self.spring_ends = is_joining.then(Vec::new);
             }
             let text = "(position_m: (0.0, 0.0, 0.0), strength_m3_s2: 100.0, softening_m: 1.0)";
             if ui.button("Well").on_hover_text("attracts every body, as 1/r²").clicked() {
@@ -188,7 +188,7 @@ impl Editor {
                 ));
             }
         });
-        if let Some(ends) = &self.joins {
+        if let Some(ends) = &self.spring_ends {
             ui.strong(match ends.first() {
                 None => "Click the first end of the spring.".to_owned(),
                 Some(first) => format!("From {first}: click the other end."),
@@ -262,14 +262,26 @@ impl Editor {
     fn of_scene(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
         let mut changes = Vec::new();
         let scene = &desk.stage.sim().scene;
+        self.scene_keys(ui, scene, &mut changes);
+        self.sections(ui, scene, desk.view, &mut changes);
+        self.lists(ui, scene, &mut changes);
+        change(desk, changes, selected_path(desk.stage));
+    }
+
+    /// Lays out the keys of the scene that are in no section.
+    fn scene_keys(&mut self, ui: &mut Ui, scene: &Scene, changes: &mut Vec<SceneEdit>) {
         CollapsingHeader::new("The scene").show(ui, |ui| {
             let own = |field: &scene::Field| {
                 field.key != "version"
                     && field.kind != scene::Kind::Other
                     && !(field.kind == scene::Kind::Group && field.value.is_some())
             };
-            self.form.group(ui, scene, "", own, &mut changes);
+            self.form.group(ui, scene, "", own, changes);
         });
+    }
+
+    /// Lays out the sections of the scene.
+    fn sections(&mut self, ui: &mut Ui, scene: &Scene, view: &View, changes: &mut Vec<SceneEdit>) {
         for key in self.form.sections() {
             CollapsingHeader::new(form::label(key).0).id_salt(("group", key)).show(ui, |ui| {
                 ui.horizontal(|ui| {
@@ -281,7 +293,7 @@ impl Editor {
                         });
                     }
                     if key == "camera" && ui.button("Use the present view").clicked() {
-                        let camera = &desk.view.camera;
+                        let camera = &view.camera;
                         changes.extend([
                             SceneEdit::set(
                                 "camera",
@@ -291,20 +303,23 @@ impl Editor {
                             SceneEdit::set(
                                 "camera",
                                 "pitch_deg",
-                                format!("{:?}", nearest(camera.pitch, 0.01)),
+                                format!("{:?}", rounded_to_multiple(camera.pitch, 0.01)),
                             ),
                             SceneEdit::set(
                                 "camera",
                                 "yaw_deg",
-                                format!("{:?}", nearest(camera.yaw, 0.01)),
+                                format!("{:?}", rounded_to_multiple(camera.yaw, 0.01)),
                             ),
                         ]);
                     }
                 });
-                self.form.group(ui, scene, key, |_| true, &mut changes);
+                self.form.group(ui, scene, key, |_| true, changes);
             });
         }
-        let selected = selected_path(desk.stage);
+    }
+
+    /// Lays out the lists of the scene, with their first entries.
+    fn lists(&mut self, ui: &mut Ui, scene: &Scene, changes: &mut Vec<SceneEdit>) {
         for list in LISTS {
             let count = self.form.count(list);
             if count == 0 {
@@ -319,7 +334,7 @@ impl Editor {
                         if ui.button("Remove").clicked() {
                             changes.extend(scene.without(&path));
                         }
-                        self.form.group(ui, scene, &path, |_| true, &mut changes);
+                        self.form.group(ui, scene, &path, |_| true, changes);
                     });
                 }
                 if count > TITLES {
@@ -327,7 +342,6 @@ impl Editor {
                 }
             });
         }
-        change(desk, changes, selected);
     }
 }
 
@@ -353,7 +367,7 @@ impl Tool for Editor {
     }
 
     fn toggle(&mut self, _: &mut Stage, open: bool) -> bool {
-        (self.joins, self.handle) = (None, None);
+        (self.spring_ends, self.handle) = (None, None);
         !open
     }
 
@@ -395,7 +409,7 @@ impl Tool for Editor {
 
     /// Takes an end of the spring that is being added, or a handle.
     fn press(&mut self, stage: &Stage, view: &mut View, near_px: f64) -> Option<Vec<Intent>> {
-        if self.joins.is_some() {
+        if self.spring_ends.is_some() {
             let ray = view.picking_ray();
             let body = view.cast(stage, &ray).and_then(|hit| hit.pushed);
             let spring = body.and_then(|body| self.join(stage, stage.name(body)));
@@ -433,7 +447,7 @@ impl Tool for Editor {
 
     fn next_scene(&mut self, rewritten: bool) {
         match rewritten {
-            true => self.finish(),
+            true => self.discard_unfinished(),
             false => *self = Self::default(),
         }
     }
@@ -449,7 +463,14 @@ impl Tool for Editor {
         }
     }
 
-    fn write(&self, stage: &Stage, view: &View, painter: &Painter, _: Option<Rect>, _: Vec<Rect>) {
+    fn write(
+        &self,
+        stage: &Stage,
+        view: &View,
+        painter: &Painter,
+        _panel: Option<Rect>,
+        _taken: Vec<Rect>,
+    ) {
         if self.has_handles {
             handles::paint_handles(stage, view, painter);
         }
@@ -490,18 +511,18 @@ fn place(stage: &Stage, view: &mut View) -> Place {
     let ray = view.viewpoint().ray_through(size_px / 2.0, size_px);
     let hit = view.cast(stage, &ray).map(|hit| hit.distance);
     let distance = hit.unwrap_or(AWAY).max(NEAREST);
-    let size = round(SIZE * distance);
+    let size = rounded_1_2_5(SIZE * distance);
     let at = ray.at(distance) + if hit.is_some() { DVec3::Y * size } else { DVec3::ZERO };
     let step = 0.1 * size;
     Place {
-        at: at.to_array().map(|part| nearest(part, step)).into(),
+        at: at.to_array().map(|part| rounded_to_multiple(part, step)).into(),
         size,
         substep: substep(stage),
     }
 }
 
 /// Rounds to 1, 2 or 5 times a power of ten.
-fn round(number: f64) -> f64 {
+fn rounded_1_2_5(number: f64) -> f64 {
     let power = 10.0_f64.powf(number.log10().floor());
     let mantissa =
         [1.0, 2.0, 5.0, 10.0].into_iter().find(|mantissa| number < mantissa * 1.4 * power);

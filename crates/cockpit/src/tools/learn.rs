@@ -53,7 +53,14 @@ impl Tool for Learn {
         self.tried = [self.tried[0] || stage.here().pull.is_some(), self.tried[1] || falls];
     }
 
-    fn write(&self, stage: &Stage, view: &View, painter: &Painter, _: Option<Rect>, _: Vec<Rect>) {
+    fn write(
+        &self,
+        stage: &Stage,
+        view: &View,
+        painter: &Painter,
+        _panel: Option<Rect>,
+        _taken: Vec<Rect>,
+    ) {
         let body = self
             .points_at()
             .filter(|_| self.shown && self.is_at_home(stage))

@@ -24,7 +24,7 @@ impl Tool for Ledger {
     fn show(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
         if let Some(ledger) = self.kept() {
             ui.set_width(desk.width(panel::WIDTH));
-            panel::show(ui, desk.stage, ledger, (self.past(), self.points()));
+            panel::show(ui, desk.stage, ledger, self.past(), self.points());
         }
     }
 

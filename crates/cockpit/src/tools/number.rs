@@ -13,9 +13,9 @@ const LONGEST: usize = 9;
 
 /// Lays out a field for a number that only this field changes: while the person types, and by `speed` per point of a drag.
 pub(crate) fn number_field(ui: &mut Ui, number: &mut f64, speed: f64, suffix: &str) -> Response {
-    let (all, what) =
-        (f64::NEG_INFINITY..=f64::INFINITY, "a number; type one such as 0.75 or 2e-3");
-    field(ui, number, (all, what), (speed, suffix), read_number)
+    let all = f64::NEG_INFINITY..=f64::INFINITY;
+    let what = "a number; type one such as 0.75 or 2e-3";
+    field(ui, number, all, what, speed, suffix, read_number)
 }
 
 /// Lays out a field for a whole number within `range`, as [`number_field`] does.
@@ -29,15 +29,17 @@ pub(crate) fn count_field<N: Numeric>(
     let is_count = |number: &f64| number.fract() == 0.0 && range.contains(number);
     // In a count a comma may stand between thousands.
     let read = |text: &str| read_number(text).filter(is_count).filter(|_| !text.contains(','));
-    field(ui, count, (range.clone(), &what), (0.1, suffix), read)
+    field(ui, count, range.clone(), &what, 0.1, suffix, read)
 }
 
 /// A field for a number of that range and description.
 fn field<N: Numeric>(
     ui: &mut Ui,
     number: &mut N,
-    (range, what): (RangeInclusive<f64>, &str),
-    (speed, suffix): (f64, &str),
+    range: RangeInclusive<f64>,
+    what: &str,
+    speed: f64,
+    suffix: &str,
     read: impl Fn(&str) -> Option<f64>,
 ) -> Response {
     let (typing, before) = (types_into(ui, ui.next_auto_id()), number.to_f64());
@@ -67,7 +69,8 @@ fn field<N: Numeric>(
 /// Returns the number that the person asks for, or what is wrong with it once it is typed.
 pub(crate) fn value_field(
     ui: &mut Ui,
-    (key, rule): (&str, Rule),
+    key: &str,
+    rule: Rule,
     present: f64,
     speed: f64,
     suffix: &str,

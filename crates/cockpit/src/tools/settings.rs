@@ -41,7 +41,7 @@ impl Tool for Settings {
         ui.horizontal(|ui| {
             let rate = 1.0 / stage.sim().world.resource::<TimeStep>().0;
             ui.label("step_hz");
-            let asked = value_field(ui, ("step_hz", STEP_RATE), rate, 0.01 * rate, " Hz");
+            let asked = value_field(ui, "step_hz", STEP_RATE, rate, 0.01 * rate, " Hz");
             let change = |rate| Intent::Change(Change::Step(1.0 / rate), SwitchedBy::Settings);
             push(intents, asked, change);
         });
@@ -50,7 +50,7 @@ impl Tool for Settings {
         ui.separator();
         match &selected {
             Some(selected) => {
-                body(ui, (stage.sim().id(selected.entity), selected), method, intents);
+                body(ui, stage.sim().id(selected.entity), selected, method, intents);
             }
             None => {
                 ui.weak("select a body to edit its mass, velocity and method");
@@ -82,7 +82,7 @@ fn gravity(ui: &mut Ui, stage: &Stage, intents: &mut Vec<Intent>) {
         }
     });
     let acceleration = declared.map_or(DVec3::ZERO, |gravity| gravity.acceleration);
-    let asked = vector(ui, ("gravity.acceleration_m_s2", acceleration), "m/s²");
+    let asked = vector(ui, "gravity.acceleration_m_s2", acceleration, "m/s²");
     push(intents, asked, |changed| ask(Request::SetGravity(changed)));
 }
 
@@ -100,8 +100,8 @@ fn damping(ui: &mut Ui, stage: &Stage, intents: &mut Vec<Intent>) {
                 }
             },
         );
-        let key = ("damping.rate_per_s", DAMPING_RATE);
-        let asked = value_field(ui, key, declared.rate, 0.01, " 1/s");
+        let (key, rule) = ("damping.rate_per_s", DAMPING_RATE);
+        let asked = value_field(ui, key, rule, declared.rate, 0.01, " 1/s");
         push(intents, asked, |rate| ask(Request::SetDamping(Damping { rate, ..changed })));
     });
     if changed.model != declared.model {
@@ -111,7 +111,8 @@ fn damping(ui: &mut Ui, stage: &Stage, intents: &mut Vec<Intent>) {
 
 fn body(
     ui: &mut Ui,
-    (id, selected): (Option<u32>, &Selected),
+    id: Option<u32>,
+    selected: &Selected,
     scene: Method,
     intents: &mut Vec<Intent>,
 ) {
@@ -133,22 +134,22 @@ fn body(
         ui.horizontal(|ui| {
             ui.label("mass");
             let mass = body.mass();
-            let asked = value_field(ui, ("mass_kg", BODY_MASS), mass, 0.01 * mass, " kg");
+            let asked = value_field(ui, "mass_kg", BODY_MASS, mass, 0.01 * mass, " kg");
             push(intents, asked, |mass| ask(Request::SetInverseMass(id, 1.0 / mass)));
         });
         ui.label("velocity");
-        let asked = vector(ui, ("velocity_m_s", body.velocity), "m/s");
+        let asked = vector(ui, "velocity_m_s", body.velocity, "m/s");
         push(intents, asked, |velocity| ask(Request::SetVelocity(id, velocity)));
-        method::of_body(ui, (id, selected), scene, intents);
+        method::of_body(ui, id, selected, scene, intents);
     });
 }
 
 /// Lays out the three numbers of the vector `key`. Returns the new vector if one was changed, or what is wrong with it.
-fn vector(ui: &mut Ui, (key, value): (&str, DVec3), unit: &str) -> Option<Result<DVec3, String>> {
+fn vector(ui: &mut Ui, key: &str, value: DVec3, unit: &str) -> Option<Result<DVec3, String>> {
     let mut asked = None;
     ui.horizontal(|ui| {
         for axis in 0..3 {
-            let number = value_field(ui, (key, COMPONENT), value[axis], 0.1, "");
+            let number = value_field(ui, key, COMPONENT, value[axis], 0.1, "");
             let with = |number| {
                 let mut edited = value;
                 edited[axis] = number;

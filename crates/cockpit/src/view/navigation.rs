@@ -59,11 +59,12 @@ impl View {
                 self.camera.orbit(pivot, points * DEGREES_PER_POINT);
             }
             Drag::Pan(pivot) => {
-                let meters = 2.0
+                let meters_per_pixel = 2.0
                     * (0.5 * view.fov_y_rad).tan()
                     * (pivot - view.position).dot(view.forward())
                     / self.view_area()[1].y;
-                self.camera.position += (view.up() * by.y - view.right() * by.x) * meters.max(0.0);
+                self.camera.position +=
+                    (view.up() * by.y - view.right() * by.x) * meters_per_pixel.max(0.0);
             }
         }
     }
@@ -94,7 +95,7 @@ impl View {
 
     /// Whether the scene left the camera to the program, and its bodies are seen from far away.
     #[must_use]
-    pub fn wants_frame(&self, stage: &Stage) -> bool {
+    pub fn should_be_framed(&self, stage: &Stage) -> bool {
         let Some((middle, radius)) = extent(stage) else { return false };
         stage.sim().scene.camera == CameraSpec::TUTORIAL
             && self.camera.position.distance(middle) > FAR * self.framed_distance(radius)
@@ -139,7 +140,7 @@ impl View {
     pub(crate) fn reset_camera(&mut self, stage: &Stage) {
         self.camera.reset();
         self.locked = None;
-        if self.has_bars() && self.wants_frame(stage) {
+        if self.has_bars() && self.should_be_framed(stage) {
             self.frame(stage);
         }
     }

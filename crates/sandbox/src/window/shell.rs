@@ -393,7 +393,7 @@ impl Shell {
         if self.session.view.has_bars()
             && !self.session.asks()
             && std::mem::take(&mut self.opened)
-            && self.session.view.wants_frame(&self.session.stage)
+            && self.session.view.should_be_framed(&self.session.stage)
         {
             self.press(Act::Frame);
         }

@@ -3,7 +3,7 @@
 use egui::{Panel as Side, Ui};
 
 use crate::actions::Act;
-use crate::app::focus::point_at;
+use crate::app::focus::frame_if_lesson_names;
 use crate::intent::Intent;
 use crate::stage::Stage;
 use crate::view::View;
@@ -18,7 +18,7 @@ pub(super) fn show(root: &mut Ui, stage: &Stage, view: &View, intents: &mut Vec<
                 intents.push(Intent::Act(Act::ResetWorld));
             }
             let follow = ui.button("Follow");
-            point_at(ui, "Follow", &follow);
+            frame_if_lesson_names(ui, "Follow", &follow);
             let what = "the camera goes with the selection or the first body (L)";
             if follow.on_hover_text(what).clicked() {
                 if stage.selection().is_none() {

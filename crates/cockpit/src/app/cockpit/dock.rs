@@ -4,7 +4,7 @@ use egui::style::ScrollAnimation;
 use egui::{Align, Button, CollapsingHeader, Response, Role, ScrollArea, Ui, WidgetInfo};
 
 use crate::actions::Act;
-use crate::app::focus::{point_at, reveal_focus};
+use crate::app::focus::{frame_if_lesson_names, reveal_focus};
 use crate::intent::Intent;
 use crate::panels::{PANELS, Panel, Tab};
 use crate::stage::Stage;
@@ -13,13 +13,20 @@ use crate::tools::tool::Desk;
 use crate::view::View;
 use crate::view::card::{self, Selected};
 
-/// Lays out the tabs and the sections of the chosen one; those of `opened` panels are open, and the `newest` one is scrolled to.
-/// Returns the first control.
+/// The panels whose sections are open.
+pub(super) struct OpenPanels<'a> {
+    pub opened: &'a [Panel],
+    /// The one that is scrolled to.
+    pub newest: Option<Panel>,
+}
+
+/// Lays out the tabs and the sections of the chosen one. Returns the first control.
 pub(super) fn show(
     ui: &mut Ui,
     tab: &mut Tab,
-    (opened, newest): (&[Panel], Option<Panel>),
-    (stage, view): (&mut Stage, &mut View),
+    OpenPanels { opened, newest }: OpenPanels<'_>,
+    stage: &mut Stage,
+    view: &mut View,
     tools: &mut Tools,
     intents: &mut Vec<Intent>,
 ) -> Response {
@@ -45,7 +52,7 @@ pub(super) fn show(
             });
             let header =
                 shown.header_response.on_hover_text(format!("{} ({})", row.what, row.keys[0]));
-            point_at(ui, row.title, &header);
+            frame_if_lesson_names(ui, row.title, &header);
             if newest == Some(panel) {
                 header.scroll_to_me_animation(Some(Align::TOP), ScrollAnimation::none());
             }
@@ -67,9 +74,9 @@ fn tabs(ui: &mut Ui, chosen: &mut Tab) -> Response {
                 ui.add(Button::selectable(*chosen == tab, (icon, name))).on_hover_text(what);
             button.widget_info(|| WidgetInfo::selected(Role::Button, true, *chosen == tab, name));
             if *chosen != tab {
-                point_at(ui, name, &button);
+                frame_if_lesson_names(ui, name, &button);
                 let titles = PANELS.iter().filter(|(panel, _)| panel.tab() == Some(tab));
-                titles.for_each(|(_, row)| point_at(ui, row.title, &button));
+                titles.for_each(|(_, row)| frame_if_lesson_names(ui, row.title, &button));
             }
             if button.clicked() {
                 *chosen = tab;

@@ -11,8 +11,8 @@ use crate::view::hud::bodies;
 use crate::view::{Mode, View};
 
 /// Lays out the line.
-pub(super) fn show(ui: &mut Ui, (stage, view): (&Stage, &View), editor: &Editor) {
-    let words = match &editor.joins {
+pub(super) fn show(ui: &mut Ui, stage: &Stage, view: &View, editor: &Editor) {
+    let words = match &editor.spring_ends {
         Some(ends) if ends.is_empty() => "Click the first body that the spring joins.".to_owned(),
         Some(ends) => format!("Click the body that the spring joins to {}.", ends[0]),
         None if editor.has_handles && stage.selection().is_some() => {

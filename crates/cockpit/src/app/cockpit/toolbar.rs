@@ -8,7 +8,7 @@ use report::numbers::{pace_words, scene_time, tick_rate};
 use scene::unsolvable;
 
 use crate::actions::Act;
-use crate::app::focus::point_at;
+use crate::app::focus::frame_if_lesson_names;
 use crate::input::SwitchedBy;
 use crate::intent::Intent;
 use crate::methods;
@@ -39,8 +39,11 @@ const LIST: f32 = 440.0;
 /// Lays out the bar. Returns its first control.
 pub(super) fn show(
     ui: &mut Ui,
-    (stage, view): (&Stage, &View),
-    [browses, dock, learns]: [bool; 3],
+    stage: &Stage,
+    view: &View,
+    browses: bool,
+    dock: bool,
+    learns: bool,
     intents: &mut Vec<Intent>,
 ) -> Response {
     let has_room = ui.available_width() >= ROOM_FOR_WORDS;
@@ -54,7 +57,7 @@ pub(super) fn show(
         let fill = ui.visuals().selection.bg_fill;
         let pause =
             act_by(ui, intents, Act::Pause, words.1, Button::new(words).fill(fill).min_size(PAUSE));
-        point_at(ui, if stage.playback().paused() { "Pause" } else { "Play" }, &pause);
+        frame_if_lesson_names(ui, if stage.playback().paused() { "Pause" } else { "Play" }, &pause);
         act_while_held(ui, intents, Act::StepBack, ("⏮", "Back"));
         act_while_held(ui, intents, Act::Step, ("⏭", "Step"));
         act(ui, intents, Act::ResetWorld, ("⟲", "Reset"), false);
@@ -139,7 +142,7 @@ fn act_by(
 fn add(ui: &mut Ui, action: Act, name: &str, button: Button<'_>) -> Response {
     let button = ui.add(button).on_hover_text(action.binding().tooltip());
     button.widget_info(|| WidgetInfo::labeled(Role::Button, true, name));
-    point_at(ui, name, &button);
+    frame_if_lesson_names(ui, name, &button);
     button
 }
 
@@ -220,7 +223,7 @@ fn method(ui: &mut Ui, stage: &Stage, intents: &mut Vec<Intent>) {
         })
         .response
         .on_hover_text("method of integration (I and Shift+I)");
-    point_at(ui, "method", &list);
+    frame_if_lesson_names(ui, "method", &list);
     if chosen.substeps != setting.substeps {
         intents.push(Intent::ApplySetting(chosen));
     } else if chosen.method != setting.method {

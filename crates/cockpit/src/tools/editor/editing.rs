@@ -52,7 +52,7 @@ impl Editor {
                 restart(scene, select)
             }
             Err(error) => {
-                self.finish();
+                self.discard_unfinished();
                 self.error = Some(error.to_string());
                 Vec::new()
             }
@@ -136,25 +136,25 @@ impl Editor {
     pub(super) fn save_scene(&mut self, stage: &mut Stage) {
         let text = present_text(stage);
         let scene = &stage.sim().scene;
-        let mut path = PathBuf::from(self.file(scene));
+        let mut path = PathBuf::from(self.file_to_save(scene));
         if path.extension().is_none() {
             path.set_extension("ron");
         }
         let file = self.document(scene).file.clone();
         let replaces = file.filter(|(file, _)| *file == path).map(|(_, text)| text);
-        let of = Arc::clone(&scene.text);
-        stage.orders.push(Order::Scene(SceneFile { path, text, replaces, of }));
+        let scene_text = Arc::clone(&scene.text);
+        stage.orders.push(Order::Scene(SceneFile { path, text, replaces, scene_text }));
     }
 
     /// Notes that the file has the text of the scene now.
     pub(crate) fn saved(
         &mut self,
         stage: &mut Stage,
-        SceneFile { path, text, of, .. }: &SceneFile,
+        SceneFile { path, text, scene_text, .. }: &SceneFile,
     ) {
         let document = self.document(&stage.sim().scene);
         document.file = Some((path.clone(), Arc::clone(text)));
-        document.saved = Some(Arc::clone(of));
+        document.saved = Some(Arc::clone(scene_text));
         stage.files.note(path);
     }
 

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use scene::{BodySpec, Entry, PointRadius, Scene, TextEdit as Change, rewrite};
 
-use super::parts::nearest;
+use super::parts::rounded_to_multiple;
 
 /// Gap between a moved entry and what was in its way, as a fraction of the size of the entry.
 const ROOM: f64 = 0.1;
@@ -103,7 +103,11 @@ fn along(own: &Bounds, others: &[(Bounds, bool)], axis: DVec3, keeps: bool) -> f
     let mut blocked: Vec<_> = blocked.collect();
     blocked.sort_by(|a, b| a[0].total_cmp(&b[0]));
     blocked.into_iter().fold(0.0, |by, [from, to]| {
-        if from < by && by < to { nearest((to / step - ROUNDING).ceil() * step, step) } else { by }
+        if from < by && by < to {
+            rounded_to_multiple((to / step - ROUNDING).ceil() * step, step)
+        } else {
+            by
+        }
     })
 }
 

@@ -7,7 +7,7 @@ use pick::Shape;
 use render::{Frame, Instance, Particle};
 use scene::Appearance;
 
-use super::parts::nearest;
+use super::parts::rounded_to_multiple;
 use super::selected::selected_entry;
 use crate::stage::Stage;
 use crate::view::View;
@@ -81,7 +81,7 @@ impl Handle {
     pub fn follow(&mut self, view: &View) {
         if let Some(now) = along(view, self.from, self.axis) {
             let step = step(self.from.distance(view.camera.position));
-            self.by = self.axis * nearest(now - self.pressed, step);
+            self.by = self.axis * rounded_to_multiple(now - self.pressed, step);
         }
     }
 

@@ -121,7 +121,7 @@ pub(crate) fn triple(v: DVec3) -> String {
 }
 
 /// The multiple of `step` nearest to `number`, with the decimals that the step has.
-pub(crate) fn nearest(number: f64, step: f64) -> f64 {
+pub(crate) fn rounded_to_multiple(number: f64, step: f64) -> f64 {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "decimals")]
     let decimals = (-step.log10()).ceil().max(0.0) as usize;
     let multiple = (number / step).round() * step;
@@ -131,5 +131,9 @@ pub(crate) fn nearest(number: f64, step: f64) -> f64 {
 /// Rounds a position to five digits of its distance from the origin.
 pub(super) fn five_digits(place: DVec3) -> DVec3 {
     let step = 10_f64.powf(place.length().log10().floor() - 4.0);
-    if step.is_normal() { place.to_array().map(|part| nearest(part, step)).into() } else { place }
+    if step.is_normal() {
+        place.to_array().map(|part| rounded_to_multiple(part, step)).into()
+    } else {
+        place
+    }
 }

@@ -29,12 +29,7 @@ const CURVE: f32 = 1.5;
 /// Size of the words, points: small, because every cause has five lines.
 const TEXT_SIZE: f32 = 11.0;
 
-pub(super) fn show(
-    ui: &mut Ui,
-    stage: &Stage,
-    ledger: &Ledger,
-    (past, points): (&[Period], &[Point]),
-) {
+pub(super) fn show(ui: &mut Ui, stage: &Stage, ledger: &Ledger, past: &[Period], points: &[Point]) {
     for style in [TextStyle::Body, TextStyle::Monospace] {
         if let Some(font) = ui.style_mut().text_styles.get_mut(&style) {
             font.size = TEXT_SIZE;

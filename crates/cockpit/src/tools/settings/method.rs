@@ -60,7 +60,8 @@ fn promises(ui: &mut Ui, claims: &Claims) {
 /// Lays out the choice of the selected body's method: the scene's, or its own.
 pub(super) fn of_body(
     ui: &mut Ui,
-    (id, selected): (u32, &Selected),
+    id: u32,
+    selected: &Selected,
     scene: Method,
     intents: &mut Vec<Intent>,
 ) {

@@ -143,7 +143,7 @@ impl Pupil {
 
 /// Frames the bodies if the scene leaves the camera to the program.
 pub(super) fn frame_bodies(session: &mut Session) {
-    if session.view.wants_frame(&session.stage) {
+    if session.view.should_be_framed(&session.stage) {
         session.carry_out(Intent::Act(Act::Frame));
     }
 }
