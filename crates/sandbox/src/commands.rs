@@ -34,7 +34,7 @@ use self::stability::StabilityArgs;
 use self::sweep::SweepArgs;
 use crate::args::positive;
 pub use crate::failure::Failure;
-use crate::output::files::leave_nothing_when_ended;
+use crate::output::files::remove_unfinished_files_on_signals;
 use crate::window::{self, WindowArgs};
 
 /// A physics sandbox: the scene of the tutorial "Physics - Linear Motion", and what can be built on it.
@@ -108,7 +108,7 @@ enum Command {
 /// # Errors
 /// Whatever keeps the program from ending with exit code 0; bad flags end the process in clap.
 pub fn run() -> Result<(), Failure> {
-    leave_nothing_when_ended();
+    remove_unfinished_files_on_signals();
     let Cli { command, memory, window } =
         Cli::try_parse().unwrap_or_else(|error| worded(error).exit());
     #[expect(
@@ -160,7 +160,7 @@ fn check_word(scene: Option<&str>) -> Result<(), Failure> {
     }
 }
 
-/// Rewords the error of clap for two scenes: clap takes the second one for a subcommand.
+/// Rewords clap's error for a command line with two scenes, the second of which clap takes for a subcommand.
 fn worded(error: clap::Error) -> clap::Error {
     let Some(ContextValue::String(word)) = error.get(ContextKind::InvalidSubcommand) else {
         return error;

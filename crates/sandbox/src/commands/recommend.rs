@@ -155,7 +155,8 @@ impl<'a> Target<'a> {
                 "there is a file already, and not that of the scene; give --apply another name";
             return Err(Failure::Usage(format!("{}: {what}", path.display())));
         }
-        let output = if is_own { OutputPath::own(path) } else { files.claim("--apply", path)? };
+        let output =
+            if is_own { OutputPath::of_program(path) } else { files.claim("--apply", path)? };
         Ok(Self { path, file: output_file(&output)? })
     }
 

@@ -63,7 +63,7 @@ fn unfinished() -> MutexGuard<'static, BTreeSet<PathBuf>> {
 }
 
 /// Makes an interrupt, a hang-up and a request to end remove unfinished files.
-pub(crate) fn leave_nothing_when_ended() {
+pub(crate) fn remove_unfinished_files_on_signals() {
     #[cfg(unix)]
     {
         use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
@@ -243,7 +243,7 @@ impl OutputPath {
     }
 
     /// Takes the path of a file of the program, such as its settings, or of a scene that a person saves into its own file.
-    pub(crate) fn own(path: &Path) -> Self {
+    pub(crate) fn of_program(path: &Path) -> Self {
         Self(path.to_owned())
     }
 }
@@ -357,7 +357,7 @@ impl Output {
     }
 
     /// Whether this is a device or a pipe, which takes what is written as it comes.
-    pub(crate) const fn is_straight(&self) -> bool {
+    pub(crate) const fn is_device_or_pipe(&self) -> bool {
         matches!(self.writer, Writer::Straight(_))
     }
 }

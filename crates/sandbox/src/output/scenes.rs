@@ -20,7 +20,7 @@ pub(crate) fn save_scene(session: &mut Session, file: &SceneFile) -> Result<(), 
         }
         _ => {
             make_folder(path.parent().unwrap_or(Path::new("")))?;
-            write(&OutputPath::own(path), text.as_bytes())?;
+            write(&OutputPath::of_program(path), text.as_bytes())?;
         }
     }
     session.tools.saved_scene(&mut session.stage, file);

@@ -135,13 +135,13 @@ impl Draft {
                         Some((file, had)) => {
                             let note = format!("{}\n{had}", file.display());
                             write(
-                                &OutputPath::own(&self.path.with_extension(FILE)),
+                                &OutputPath::of_program(&self.path.with_extension(FILE)),
                                 note.as_bytes(),
                             )?;
                         }
                         None => drop(fs::remove_file(self.path.with_extension(FILE))),
                     }
-                    write(&OutputPath::own(&self.path), text.as_bytes())?;
+                    write(&OutputPath::of_program(&self.path), text.as_bytes())?;
                 }
                 None => {
                     drop(fs::remove_file(self.path.with_extension(FILE)));

@@ -124,7 +124,7 @@ impl Recorder {
 
     fn write(&mut self) -> io::Result<()> {
         let done = match &mut self.file {
-            RecordingFile::Waiting(output) => output.is_straight(),
+            RecordingFile::Waiting(output) => output.is_device_or_pipe(),
             RecordingFile::Growing(file) => file.grow(&self.text)?,
             RecordingFile::Failed => true,
         };
@@ -258,7 +258,8 @@ mod tests {
     fn a_setting_that_was_chosen_in_a_panel_is_the_same_wherever_the_recording_is_repeated() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("recording.ron");
-        let recorder = Recorder::new(OutputPath::own(&path), "orbit", None, SIZE).expect("a file");
+        let recorder =
+            Recorder::new(OutputPath::of_program(&path), "orbit", None, SIZE).expect("a file");
         let mut live = Live { session: session(), clock: FrameClock::default(), recorder };
         let start = live.session.stage.setting();
         let _ = live.session.controls();
@@ -325,7 +326,7 @@ mod tests {
         let path = folder.path().join("recording.ron");
         std::fs::write(&path, "older").expect("a folder");
         let mut recorder =
-            Recorder::new(OutputPath::own(&path), "orbit", None, SIZE).expect("a file");
+            Recorder::new(OutputPath::of_program(&path), "orbit", None, SIZE).expect("a file");
         assert_eq!(
             std::fs::read_to_string(&path).expect("a file"),
             "older",
@@ -356,8 +357,9 @@ mod tests {
     #[test]
     #[cfg(target_os = "linux")]
     fn a_recording_into_a_device_is_written_at_its_end() {
-        let on =
-            |device: &str| Recorder::new(OutputPath::own(device.as_ref()), "orbit", None, SIZE);
+        let on = |device: &str| {
+            Recorder::new(OutputPath::of_program(device.as_ref()), "orbit", None, SIZE)
+        };
         let mut recorder = on("/dev/null").expect("a device");
         recorder.record(0, 0.1, &[]).expect("a device");
         recorder.finish(1, &[]).expect("a device");

@@ -86,7 +86,8 @@ pub(super) fn keep(name: &str, text: &str) {
     let folder = path.parent().map_or(Ok(()), fs::create_dir_all);
     let written = folder.map_err(|error| error.to_string());
     let written = written.and_then(|()| {
-        write(&OutputPath::own(&path), text.as_bytes()).map_err(|failure| failure.to_string())
+        write(&OutputPath::of_program(&path), text.as_bytes())
+            .map_err(|failure| failure.to_string())
     });
     if let Err(error) = written {
         eprintln!("{} is not written: {error}", path.display());

@@ -1,6 +1,7 @@
 //! The film of a run: an animated PNG, or a GIF if its file name ends so.
 
 use std::fs::File;
+use std::ops::RangeInclusive;
 use std::path::Path;
 
 use render::{Film, Gif, Image};
@@ -18,9 +19,10 @@ pub(super) fn is_gif(path: &Path) -> bool {
     path.extension().is_some_and(|end| end.eq_ignore_ascii_case("gif"))
 }
 
-/// The shortest and the longest time that a picture of the film can be shown, s.
-pub(super) fn lengths_s(path: &Path) -> [f64; 2] {
-    if is_gif(path) { Gif::LENGTHS_S } else { Film::LENGTHS_S }
+/// How long a picture of the film can be shown, s.
+pub(super) fn frame_seconds_range(path: &Path) -> RangeInclusive<f64> {
+    let [shortest, longest] = if is_gif(path) { Gif::LENGTHS_S } else { Film::LENGTHS_S };
+    shortest..=longest
 }
 
 /// A film that is being written.
@@ -39,7 +41,7 @@ impl FilmFile {
                 .map_err(|error| Failure::file("write", path.as_ref(), &error))?;
             return Ok(Self::Gif(film));
         }
-        let folder = if file.is_straight() {
+        let folder = if file.is_device_or_pipe() {
             std::env::temp_dir()
         } else {
             folder_of(path.as_ref()).to_owned()

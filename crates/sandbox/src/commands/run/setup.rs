@@ -8,7 +8,7 @@ use report::numbers::{number, rounded};
 use scene::lesson::{beside, is_same_scene};
 use scene::{Action, Keeps, PictureAction, Scene, Script, StepKind, shown};
 
-use super::film::{GIF_FPS, is_gif, lengths_s};
+use super::film::{GIF_FPS, frame_seconds_range, is_gif};
 use super::{RunArgs, keeps_ledger};
 use crate::args::{MOST_TICKS, check_seconds, cores};
 use crate::commands::lessons::pupil::Demonstration;
@@ -241,7 +241,7 @@ impl FrameEnds {
 
 /// Checks that the format of a film can express how long its pictures are shown.
 fn check_film(path: &Path, ends: &FrameEnds) -> Result<(), Failure> {
-    let [shortest, longest] = lengths_s(path);
+    let (shortest, longest) = frame_seconds_range(path).into_inner();
     let shown = ends.longest();
     let is_too_short =
         matches!(ends, FrameEnds::Constant { .. }) && shown < shortest * (1.0 - 1e-9);
