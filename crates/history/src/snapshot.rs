@@ -11,7 +11,7 @@ use std::collections::HashMap;
 use bevy_ecs::prelude::*;
 use motion::snapshot;
 use motion::units::Vector;
-use motion::{Evaluations, Method, PhysicsBody, QuarantineRecord, StableId, Transform};
+use motion::{Evaluations, Method, PhysicsBody, QuarantineRecord, StableId, Transform, values};
 use scene::lists::list_bytes;
 use scene::{EmitterSpec, FileIndex, Part, Scene};
 use serde::{Deserialize, Serialize};
@@ -37,17 +37,14 @@ impl Simulation {
     /// Keys of the logs of emitters whose particles are on a graphics device: equal keys mean the same particles.
     #[must_use]
     pub fn particle_keys(&self) -> Vec<u64> {
-        let mut logs = self.world.try_query::<&Log>();
-        logs.iter_mut().flat_map(|logs| logs.iter(&self.world)).map(|log| log.key).collect()
+        values::<Log>(&self.world).map(|log| log.key).collect()
     }
 
     /// Takes a snapshot of the simulation. Call it between two ticks.
     #[must_use]
     pub fn snapshot(&self) -> Snapshot {
         let state = snapshot::take_with(&self.world, &self.stepper);
-        let mut ids = self.world.try_query::<&StableId>();
-        let mut things: Vec<_> =
-            ids.iter_mut().flat_map(|ids| ids.iter(&self.world)).map(|id| id.0).collect();
+        let mut things: Vec<_> = values::<StableId>(&self.world).map(|id| id.0).collect();
         things.sort_unstable();
         let id = |body: Entity| self.id(body);
         let ranges = |bodies: Vec<Entity>| IdRanges::of(bodies.into_iter().filter_map(id));

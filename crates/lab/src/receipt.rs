@@ -5,7 +5,7 @@ use bevy_ecs::prelude::*;
 use history::Simulation;
 use motion::effects::{Effect, EffectState, column_bytes};
 use motion::snapshot::{LastAcceleration, LastStep};
-use motion::{Dormant, Method, OwnMethod, PhysicsBody, Quarantined, Static, own_method};
+use motion::{Dormant, Method, OwnMethod, PhysicsBody, Quarantined, Static, own_method, values};
 use scene::{Declaration, Scene};
 
 use crate::run::{ByEffect, started, step_times};
@@ -111,8 +111,8 @@ pub fn receipt_without_running(simulation: &Simulation) -> Vec<ReceiptLine> {
         })
         .collect();
     let implicit = bodies_of(world, method, Method::ImplicitEuler);
-    let steps = count::<LastStep>(world);
-    let kept = count::<LastAcceleration>(world);
+    let steps = values::<LastStep>(world).count();
+    let kept = values::<LastAcceleration>(world).count();
     let methods = [
         (IMPLICIT_SOLVER, implicit, 0, "method: implicit_euler"),
         ("verlet_state", steps, column_bytes::<LastStep>(world), "method: position_verlet"),
@@ -155,10 +155,4 @@ fn bodies_of(world: &World, scene: Method, sought: Method) -> usize {
         .try_query_filtered::<(EntityRef, &PhysicsBody, Has<OwnMethod>), Integrated>()
         .expect("a stepper registers them");
     bodies.iter(world).filter(uses).count()
-}
-
-/// Number of bodies with that component.
-fn count<C: Component>(world: &World) -> usize {
-    let bodies = world.try_query_filtered::<(), With<C>>();
-    bodies.map_or(0, |mut bodies| bodies.iter(world).count())
 }

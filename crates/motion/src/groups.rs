@@ -25,7 +25,9 @@ use bevy_ecs::entity::EntityHashSet;
 use bevy_ecs::prelude::*;
 
 pub use compile::compile_groups;
-pub(crate) use compile::{Coupled, coming_couplings, couplings, is_outdated, update_groups};
+pub(crate) use compile::{
+    Coupled, coming_couplings, couplings, is_outdated, members, update_groups,
+};
 pub(crate) use coupling::Coupling;
 pub(crate) use field::{GroupCache, GroupKernel, Scratch, bisect_end, equal_parts};
 use lanes::Bundles;

@@ -84,6 +84,7 @@ pub use schedule::plugin::InertiaPlugin;
 pub use schedule::requests::{Request, Requests};
 pub use schedule::stepper::Stepper;
 pub use schedule::systems::StepSystems;
+pub use state::archetypes::values;
 pub use state::clock::TimeStep;
 pub use state::components::{
     AxisLocks, Force, GravityOff, Orientation, PhysicsBody, Quarantined, SpeedLimit, StableId,

@@ -62,7 +62,7 @@ fn births([first, after]: [u64; 2], slots: u32) -> [u32; 4] {
     [a, b, c, d]
 }
 
-/// The number of a model of damping in the shaders; 0 is none.
+/// The number of a model of damping in the shaders; 0 stands for no damping.
 const fn number(model: DampingModel) -> u32 {
     match model {
         // Part of the rate of linear drag.

@@ -10,7 +10,7 @@ use motion::snapshot::Off;
 use motion::units::Vector;
 use motion::{
     DueParticles, Emitter, Method, ParticleBackend, Substeps, TimeStep, due_particles,
-    emitters_changed,
+    emitters_changed, values,
 };
 
 use crate::laws::{SwarmLaws, single};
@@ -113,10 +113,7 @@ const BACKEND: ParticleBackend = ParticleBackend {
     reverse: |world| {
         world.query::<&mut SwarmLog>().iter_mut(world).for_each(|mut log| log.reversed ^= true);
     },
-    bytes: |world| {
-        let mut logs = world.try_query::<&SwarmLog>();
-        logs.iter_mut().flat_map(|logs| logs.iter(world)).map(SwarmLog::bytes).sum()
-    },
+    bytes: |world| values::<SwarmLog>(world).map(SwarmLog::bytes).sum(),
 };
 
 /// Enters the tick into the log of every swarm: births, deaths and laws.

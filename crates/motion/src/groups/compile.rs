@@ -308,22 +308,22 @@ impl Graph {
     }
 }
 
+/// The movable bodies of couplings, in the order of rows.
+pub(crate) fn members(list: &[Coupled]) -> impl Iterator<Item = Entity> {
+    list.iter().flat_map(|(coupling, bodies)| bodies[..coupling.movable].iter().copied())
+}
+
 /// Marks exactly the bodies that move in groups.
 fn mark(world: &mut World, list: &[Coupled]) {
-    let members = |(coupling, bodies): &Coupled| bodies[..coupling.movable].to_vec();
-    let now: EntityHashSet = list.iter().flat_map(members).collect();
+    let now: EntityHashSet = members(list).collect();
     let mut marked = world.query_filtered::<Entity, With<Grouped>>();
     let before: EntityHashSet = marked.iter(world).collect();
     for body in before.difference(&now) {
         world.entity_mut(*body).remove::<Grouped>();
     }
     // In the order of rows, so that consecutive rows of a group are consecutive in a table.
-    let new: Vec<_> = list
-        .iter()
-        .flat_map(members)
-        .filter(|body| !before.contains(body))
-        .map(|body| (body, Grouped))
-        .collect();
+    let new: Vec<_> =
+        members(list).filter(|body| !before.contains(body)).map(|body| (body, Grouped)).collect();
     world.insert_batch(new);
 }
 

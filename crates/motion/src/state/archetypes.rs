@@ -23,7 +23,7 @@ pub(crate) fn collect<'w, C: Component, T>(
     query.iter_mut().flat_map(|query| query.iter(world)).filter_map(of).collect()
 }
 
-/// The values of a component.
-pub(crate) fn values<C: Component>(world: &World) -> impl Iterator<Item = &C> {
+/// The values of a component in `world`, which stays as it is; none if the component was never registered.
+pub fn values<C: Component>(world: &World) -> impl Iterator<Item = &C> {
     collect(world, |(_, value)| Some(value)).into_iter()
 }

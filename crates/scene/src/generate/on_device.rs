@@ -1,4 +1,4 @@
-//! Emitters whose particles are on a graphics device: their keys, and what acts on them.
+//! Emitters whose particles are on a graphics device: their keys, and the forces and laws on them.
 
 use glam::DVec3;
 use motion::{Method, WorldLaws};
@@ -66,7 +66,7 @@ const MOST_TICKS: f64 = 36_000.0;
 /// Most times per second that a particle on a graphics device is replaced: more would exhaust its numbers within a run.
 const MOST_REUSE: f64 = 1_000.0;
 
-/// Checks what acts on the particles of emitters on a graphics device.
+/// Checks the forces and laws on the particles of emitters on a graphics device.
 pub(crate) fn check(
     raw: &raw::Scene,
     step_hz: f64,

@@ -8,7 +8,7 @@ use super::cure::LinearSystem;
 use super::lanczos::largest;
 use super::modes::{Modes, Stepping};
 use super::{LimitingPart, Margin, Margins};
-use crate::groups::Coupled;
+use crate::groups::{Coupled, members};
 use crate::laws::damping::Damping;
 use crate::laws::{BodyState, EvaluationTime, Jacobians, Law, SharedLaws};
 use crate::schedule::emission::carrier_state;
@@ -46,9 +46,7 @@ impl Margins {
         scenes: Stepping,
         coming: Option<&[Coupled]>,
     ) {
-        let members = |(coupling, bodies): &Coupled| bodies[..coupling.movable].to_vec();
-        let coming: Option<EntityHashSet> =
-            coming.map(|coming| coming.iter().flat_map(members).collect());
+        let coming: Option<EntityHashSet> = coming.map(|coming| members(coming).collect());
         let clock = world.get_resource::<StepClock>().copied().unwrap_or_default();
         let time = clock.scene_seconds();
         let launches = launches(world);
