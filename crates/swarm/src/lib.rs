@@ -4,7 +4,7 @@
 //!   enters into its [`SwarmLog`] a [`SwarmTick`] in plain numbers: which particles are born, which die, and the
 //!   [`SwarmLaws`]. The state of the particles follows from the log alone, so that a device can compute it at any time, and
 //!   again after going back. This part knows no device.
-//! - With the feature `device`: [`Swarms`] steps swarms on a device, [`SwarmLayer`] draws them into a [`render::Frame`].
+//! - With the feature `device`: `Swarms` steps swarms on a device, `SwarmLayer` draws them into a `render::Frame`.
 //!
 //! The formulas of the laws are in shaders/step.wgsl; a law says which is its own by
 //! [`device_form`](motion::Law::device_form).
