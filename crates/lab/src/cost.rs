@@ -10,8 +10,8 @@
 
 mod arithmetic;
 mod bench;
+mod blocks;
 mod choice;
-mod clock;
 mod comparison;
 mod drift;
 mod exact;
@@ -32,9 +32,9 @@ mod truth;
 pub(crate) use drift::invented;
 pub(crate) use truth::{Deviation, Scales, larger, paired};
 
+pub use crate::clock::{Clock, take_real_time_priority};
 pub use bench::Bench;
 pub use choice::{Answer, Cheapest, Choice, Lead};
-pub use clock::{Clock, take_real_time_priority};
 pub use comparison::{Contest, EqualCost, FailedRuns, Round, SEEN, ShownOrder};
 pub use fate::Fate;
 pub use front::{Accuracy, Cost};

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use crate::clock::thread_time;
 use crate::cost::larger;
-use cpu_time::ThreadTime;
 use history::{Change, Distances, Overrides, Simulation, Twin, rate_of};
 use motion::clock::StepClock;
 use motion::effects::{self, Effect, EffectState};
@@ -152,11 +152,11 @@ impl RunLimit {
 /// # Errors
 /// If a scene cannot be read, or if the runs together take longer than `limit`.
 pub fn run_lesson(lesson: &Lesson, times: f64, limit: RunLimit) -> Result<Quantities, SceneError> {
-    let start = ThreadTime::now();
+    let start = thread_time();
     let mut all = Quantities::default();
     for (number, run) in lesson.runs.iter().enumerate() {
         let found = measure_run(lesson, run, times, |seconds| {
-            if start.elapsed().as_secs_f64() <= limit.seconds {
+            if thread_time() - start <= limit.seconds {
                 return Ok(());
             }
             let what = format!(

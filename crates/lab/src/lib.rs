@@ -14,8 +14,10 @@
 #![cfg_attr(test, allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test"))]
 
 mod ablation;
+mod clock;
 mod column;
 pub mod cost;
+mod jobs;
 pub mod lesson;
 mod ordered;
 mod receipt;

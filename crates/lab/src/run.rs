@@ -3,11 +3,12 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use cpu_time::ThreadTime;
 use history::{Simulation, Watch};
 use motion::effects::Effect;
 use motion::{Method, Request};
 use scene::{BodySpec, Names, Scene};
+
+use crate::clock::thread_time;
 
 /// The results of a study of the effects of a scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,9 +51,9 @@ pub(crate) fn movable(scene: &Scene) -> impl Iterator<Item = (u32, &BodySpec)> {
 
 /// Thread CPU time of a tick, s, over `ticks` of them, at least 1.
 fn time(ticks: u64, mut tick: impl FnMut()) -> f64 {
-    let start = ThreadTime::now();
+    let start = thread_time();
     (0..ticks).for_each(|_| tick());
-    start.elapsed().as_secs_f64() / ticks as f64
+    (thread_time() - start) / ticks as f64
 }
 
 /// Ticks of a block, at most `ticks`, if one takes `tick` seconds.

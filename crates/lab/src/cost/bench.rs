@@ -4,13 +4,11 @@
 //! tenth of each frame on them. Both get the same numbers, because a job does not depend on the time between its
 //! pieces.
 
-use std::collections::VecDeque;
 use std::ops::Range;
 
 use history::REFERENCE_METHOD;
 use motion::Method;
 
-use super::clock::{Clock, thread_time};
 use super::drift::DriftRun;
 use super::hosts::{Make, make};
 use super::plan::{Plan, work};
@@ -19,6 +17,8 @@ use super::runner::Runner;
 use super::subject::Subject;
 use super::timing::Timings;
 use super::truth::{Compared, Comparison, Reference, Scales, Target};
+use crate::clock::{Clock, thread_time};
+use crate::jobs::Jobs;
 use crate::run::movable;
 
 /// Relative error of a reference above which the run is shortened, if it may be, or a note says how far to trust it.
@@ -41,12 +41,7 @@ pub struct Bench {
     /// Scales of the truth, once it is known.
     scales: Option<Scales>,
     timings: Timings,
-    jobs: VecDeque<Job>,
-    current: Option<(Job, CurrentRun)>,
-    /// Weight of the work that is done.
-    done: f64,
-    /// Weight of all work.
-    total: f64,
+    jobs: Jobs<Job, CurrentRun>,
     /// Thread CPU time that may be spent, s; below 0 after a piece that took longer than the rest of it.
     credit: f64,
 }
@@ -141,10 +136,7 @@ impl Bench {
             study,
             scales: None,
             timings: Timings::default(),
-            jobs: VecDeque::new(),
-            current: None,
-            done: 0.0,
-            total: 0.0,
+            jobs: Jobs::default(),
             credit: 0.0,
         };
         bench.plan_jobs(rungs);
@@ -176,15 +168,15 @@ impl Bench {
         };
         self.study.drifts.retain(|drift| drifted(&drift.setting));
         let (study, timings) = (&self.study, &self.timings);
-        self.jobs.retain(|job| match job {
+        self.jobs.waiting.retain(|job| match job {
             Job::Drift(setting) => !drifted(setting),
             Job::Rates => earlier.rates.is_empty(),
             Job::Errors(from, to) => !study.cells[*from..*to].iter().all(Cell::is_run),
             Job::Time(at) => !timings.is_known(*at, study),
             _ => true,
         });
-        if !self.jobs.iter().any(|job| matches!(job, Job::Errors(..))) {
-            self.jobs.retain(|job| !matches!(job, Job::Reference(_)));
+        if !self.jobs.waiting.iter().any(|job| matches!(job, Job::Errors(..))) {
+            self.jobs.waiting.retain(|job| !matches!(job, Job::Reference(_)));
             self.study.truth.clone_from(&earlier.truth);
             (self.study.position_scale_m, self.study.velocity_scale_m_s) =
                 (earlier.position_scale_m, earlier.velocity_scale_m_s);
@@ -195,25 +187,29 @@ impl Bench {
     fn plan_jobs(&mut self, rungs: &[u32]) {
         match self.subject.exact() {
             Some((exact, _)) => self.set_scales(Target::scales(&self.subject, exact)),
-            None => self.jobs.push_back(Job::Reference(self.plan.reference(rungs).substeps)),
+            None => {
+                self.jobs.waiting.push_back(Job::Reference(self.plan.reference(rungs).substeps))
+            }
         }
         let batches = self.plan.batches(&self.subject, rungs);
-        self.jobs.extend(batches.into_iter().map(|cells| Job::Errors(cells.start, cells.end)));
+        self.jobs
+            .waiting
+            .extend(batches.into_iter().map(|cells| Job::Errors(cells.start, cells.end)));
         if self.plan.passes > 0 {
             let middle = rungs[rungs.len() / 2];
             self.timings = Timings::of(&mut self.study, &self.subject, &self.plan, middle);
         }
         for _ in 0..self.plan.passes {
-            self.jobs.extend((0..self.timings.len()).map(Job::Time));
+            self.jobs.waiting.extend((0..self.timings.len()).map(Job::Time));
         }
         if self.plan.longer > 0 {
-            self.jobs.extend(self.drifts(rungs).map(Job::Drift));
+            self.jobs.waiting.extend(self.drifts(rungs).map(Job::Drift));
         }
         if self.plan.rates
             && self.subject.problem.is_none()
             && super::rates::are_compared(&self.subject)
         {
-            self.jobs.push_back(Job::Rates);
+            self.jobs.waiting.push_back(Job::Rates);
         }
         self.weigh();
     }
@@ -246,16 +242,12 @@ impl Bench {
 
     /// Whether everything that was planned is run.
     pub fn is_done(&self) -> bool {
-        self.jobs.is_empty() && self.current.is_none()
+        self.jobs.is_done()
     }
 
     /// The part of the work that is done, in [0, 1].
     pub fn progress(&self) -> f64 {
-        if self.is_done() {
-            1.0
-        } else {
-            (self.done / self.total.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0)
-        }
+        self.jobs.progress()
     }
 
     /// The subject, with the present length of its run.
@@ -286,17 +278,17 @@ impl Bench {
 
     /// Runs one tick or one timing. Returns false if no work is left.
     fn piece(&mut self) -> bool {
-        if let Some((job, run)) = &mut self.current {
+        if let Some((job, run)) = &mut self.jobs.current {
             let job = *job;
             if run.tick()
-                && let Some((_, run)) = self.current.take()
+                && let Some((_, run)) = self.jobs.current.take()
             {
                 self.finish(job, run);
-                self.done += self.weight(job);
+                self.jobs.done += self.weight(job);
             }
             return true;
         }
-        let Some(job) = self.jobs.pop_front() else { return false };
+        let Some(job) = self.jobs.waiting.pop_front() else { return false };
         let run = match job {
             Job::Reference(substeps) => {
                 let pair = self.reference_of(substeps).and_then(|fine| {
@@ -313,7 +305,7 @@ impl Bench {
             Job::Time(timing) => {
                 let Self { timings, study, subject, plan, make, clock, .. } = self;
                 timings.pass(timing, study, subject, plan, make, clock);
-                if !self.jobs.iter().any(|job| matches!(job, Job::Time(_))) {
+                if !self.jobs.waiting.iter().any(|job| matches!(job, Job::Time(_))) {
                     self.timings.finish(&mut self.study);
                 }
                 None
@@ -328,8 +320,8 @@ impl Bench {
             }
         };
         match run {
-            Some(run) => self.current = Some((job, run)),
-            None => self.done += self.weight(job),
+            Some(run) => self.jobs.current = Some((job, run)),
+            None => self.jobs.done += self.weight(job),
         }
         true
     }
@@ -424,7 +416,7 @@ impl Bench {
 
     /// Sums up the work of all jobs.
     fn weigh(&mut self) {
-        self.total = self.jobs.iter().map(|job| self.weight(*job)).sum();
+        self.jobs.total = self.jobs.waiting.iter().map(|job| self.weight(*job)).sum();
     }
 
     /// Approximate work of a job, in evaluations.

@@ -6,9 +6,9 @@ use history::REFERENCE_METHOD;
 use motion::Method;
 use scene::Keeps;
 
-use super::clock::Clock;
 use super::record::Setting;
 use super::subject::Subject;
+use crate::clock::Clock;
 
 /// Least work of a batch of runs, as a multiple of the work of their reference: each batch runs the reference again,
 /// which adds a third at most.

@@ -1,10 +1,11 @@
 //! The timings of a study, pass by pass: of the cells of a scene, or of copies of a problem at several sizes.
 
-use super::clock::{Clock, Trial, Yardstick};
+use super::blocks::{Trial, Yardstick};
 use super::hosts::Make;
 use super::plan::Plan;
 use super::record::{Host, Setting, Study, TickTime, Time, TimedTick};
 use super::subject::Subject;
+use crate::clock::Clock;
 
 /// A method and host at one size.
 struct Timing {

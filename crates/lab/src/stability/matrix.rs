@@ -1,12 +1,13 @@
 //! The stability run: fills the survival matrix cell by cell, a little at a time.
 
-use std::collections::VecDeque;
 use std::rc::Rc;
 
-use cpu_time::ThreadTime;
 use history::REFERENCE_METHOD;
 use motion::Method;
 use scene::{Measure, Scene, SurvivalRow};
+
+use crate::clock::thread_time;
+use crate::jobs::Jobs;
 
 use super::metric::Target;
 use super::record::{CaseRow, FORMAT, Matrix};
@@ -21,12 +22,9 @@ pub struct StabilityRun {
     /// The rows, each with the index of its scene.
     rows: Vec<(usize, SurvivalRow)>,
     matrix: Matrix,
-    jobs: VecDeque<Job>,
-    current: Option<(Job, CurrentRun)>,
+    jobs: Jobs<Job, CurrentRun>,
     /// The states that the current row or cell is compared with.
     target: Option<Rc<Target>>,
-    done: f64,
-    total: f64,
 }
 
 /// A run of a method on a row.
@@ -62,17 +60,17 @@ impl StabilityRun {
                 rows.push((at, SurvivalRow { ticks, ..row.clone() }));
             }
         }
-        let mut jobs = VecDeque::new();
+        let mut jobs = Jobs::default();
         for (at, (_, row)) in rows.iter().enumerate() {
             let job = |kind, method| Job { row: at, method, kind };
             if row.measure == Measure::Reference {
-                jobs.push_back(job(JobKind::Reference, REFERENCE_METHOD));
+                jobs.waiting.push_back(job(JobKind::Reference, REFERENCE_METHOD));
             }
             for &method in methods {
                 if row.measure == Measure::Origin {
-                    jobs.push_back(job(JobKind::Origin, method));
+                    jobs.waiting.push_back(job(JobKind::Origin, method));
                 }
-                jobs.push_back(job(JobKind::Cell, method));
+                jobs.waiting.push_back(job(JobKind::Cell, method));
             }
         }
         let open = rows.iter().map(|(at, row)| open(&scenes[*at], row)).collect();
@@ -81,20 +79,17 @@ impl StabilityRun {
             rows,
             matrix: Matrix { format: FORMAT, rows: open },
             jobs,
-            current: None,
             target: None,
-            done: 0.0,
-            total: 0.0,
         };
-        run.total = run.jobs.iter().map(|job| run.weight(*job)).sum();
+        run.jobs.total = run.jobs.waiting.iter().map(|job| run.weight(*job)).sum();
         run
     }
 
     /// Works for about `seconds` of thread CPU time. Returns whether the matrix is done.
     pub fn work(&mut self, seconds: f64) -> bool {
-        let start = ThreadTime::now();
+        let start = thread_time();
         while self.piece() {
-            if start.elapsed().as_secs_f64() >= seconds {
+            if thread_time() - start >= seconds {
                 break;
             }
         }
@@ -103,21 +98,18 @@ impl StabilityRun {
 
     /// Whether every cell is run.
     pub fn is_done(&self) -> bool {
-        self.jobs.is_empty() && self.current.is_none()
+        self.jobs.is_done()
     }
 
     /// The part of the work that is done, in [0, 1].
     pub fn progress(&self) -> f64 {
-        if self.is_done() {
-            1.0
-        } else {
-            (self.done / self.total.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0)
-        }
+        self.jobs.progress()
     }
 
     /// The title of the row that is being run.
     pub fn now(&self) -> Option<String> {
-        let job = self.current.as_ref().map(|(job, _)| *job).or(self.jobs.front().copied())?;
+        let Jobs { waiting, current, .. } = &self.jobs;
+        let job = current.as_ref().map(|(job, _)| job).or(waiting.front())?;
         Some(self.matrix.rows[job.row].title())
     }
 
@@ -136,18 +128,18 @@ impl StabilityRun {
 
     /// Runs some ticks. Returns false if no work is left.
     fn piece(&mut self) -> bool {
-        if let Some((job, run)) = &mut self.current {
+        if let Some((job, run)) = &mut self.jobs.current {
             let over = (0..PIECE).any(|_| match run {
                 CurrentRun::Target(run) => run.tick(),
                 CurrentRun::Cell(run) => run.tick(),
             });
             let job = *job;
-            if over && let Some((_, run)) = self.current.take() {
+            if over && let Some((_, run)) = self.jobs.current.take() {
                 self.finish(job, run);
             }
             return true;
         }
-        let Some(job) = self.jobs.pop_front() else { return false };
+        let Some(job) = self.jobs.waiting.pop_front() else { return false };
         let (at, row) = &self.rows[job.row];
         let scene = &self.scenes[*at];
         let target = |run| CurrentRun::Target(Box::new(run));
@@ -167,8 +159,8 @@ impl StabilityRun {
             }
         };
         match begun {
-            Ok(run) => self.current = Some((job, run)),
-            Err(()) => self.done += self.weight(job),
+            Ok(run) => self.jobs.current = Some((job, run)),
+            Err(()) => self.jobs.done += self.weight(job),
         }
         true
     }
@@ -178,7 +170,7 @@ impl StabilityRun {
             CurrentRun::Target(run) => self.target = Some(Rc::new(run.finish())),
             CurrentRun::Cell(run) => self.matrix.rows[job.row].cells.push(run.finish()),
         }
-        self.done += self.weight(job);
+        self.jobs.done += self.weight(job);
     }
 }
 

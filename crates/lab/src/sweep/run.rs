@@ -3,7 +3,6 @@
 use std::collections::HashMap;
 use std::sync::LazyLock;
 
-use cpu_time::ThreadTime;
 use history::{Distances, Simulation, Twin, reference_substeps};
 use motion::ledger::Ledger;
 use motion::units::Vector;
@@ -11,6 +10,7 @@ use scene::{Scene, StepKind, shown};
 
 use super::measure::Measure;
 use super::{Outcome, Plan};
+use crate::clock::thread_time;
 use crate::column::Value;
 use crate::cost::{Machine, Runner, invented, larger};
 use crate::run::movable;
@@ -38,7 +38,7 @@ pub(super) fn run(scene: Scene, plan: &Plan) -> (Outcome, String, Vec<Value>) {
         return (Outcome::Refused, why, Vec::new());
     }
     let measures = |measure| plan.measures.contains(&measure);
-    let start = ThreadTime::now();
+    let start = thread_time();
     let step_hz = scene.step_hz;
     let mut simulation = Simulation::new(scene);
     let thrown = measures(Measure::Survives)
@@ -56,7 +56,7 @@ pub(super) fn run(scene: Scene, plan: &Plan) -> (Outcome, String, Vec<Value>) {
         motion.iter_mut().for_each(|motion| motion.look(&simulation));
         truth.iter_mut().for_each(|truth| truth.look(&simulation));
     }
-    let cpu_s = start.elapsed().as_secs_f64();
+    let cpu_s = thread_time() - start;
     let failure = Runner::failure(&mut simulation);
     let (outcome, why, quarantined) = match failure {
         Some(why @ crate::cost::Failure::Quarantined { tick, .. }) => {

@@ -9,34 +9,8 @@
 
 use std::hint::black_box;
 
-use cpu_time::ThreadTime;
-
 use super::runner::Runner;
-
-/// A clock that counts seconds.
-pub type Clock = dyn Fn() -> f64 + Send;
-
-/// Thread CPU time, s.
-pub(crate) fn thread_time() -> f64 {
-    ThreadTime::now().as_duration().as_secs_f64()
-}
-
-/// Gives this thread real-time priority, so that no other program takes its caches while it is timed: on Linux, as root or
-/// with the right to it. Returns whether it has that priority now.
-pub fn take_real_time_priority() -> bool {
-    #[cfg(target_os = "linux")]
-    {
-        use thread_priority::{
-            RealtimeThreadSchedulePolicy, ThreadPriority, ThreadSchedulePolicy,
-            set_thread_priority_and_policy, thread_native_id,
-        };
-        let lowest = ThreadPriority::Crossplatform(1.try_into().unwrap_or_default());
-        let policy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
-        set_thread_priority_and_policy(thread_native_id(), lowest, policy).is_ok()
-    }
-    #[cfg(not(target_os = "linux"))]
-    false
-}
+use crate::clock::Clock;
 
 /// Least length of a block, s.
 const BLOCK: f64 = 1e-3;

@@ -1,0 +1,28 @@
+//! The clock of studies: thread CPU time, so that other work on the machine does not count. No other file of the crate reads a clock.
+
+use cpu_time::ThreadTime;
+
+/// A clock that counts seconds.
+pub type Clock = dyn Fn() -> f64 + Send;
+
+/// Thread CPU time, s.
+pub(crate) fn thread_time() -> f64 {
+    ThreadTime::now().as_duration().as_secs_f64()
+}
+
+/// Gives this thread real-time priority, so that no other program takes its caches while it is timed: on Linux, as root or
+/// with the right to it. Returns whether it has that priority now.
+pub fn take_real_time_priority() -> bool {
+    #[cfg(target_os = "linux")]
+    {
+        use thread_priority::{
+            RealtimeThreadSchedulePolicy, ThreadPriority, ThreadSchedulePolicy,
+            set_thread_priority_and_policy, thread_native_id,
+        };
+        let lowest = ThreadPriority::Crossplatform(1.try_into().unwrap_or_default());
+        let policy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
+        set_thread_priority_and_policy(thread_native_id(), lowest, policy).is_ok()
+    }
+    #[cfg(not(target_os = "linux"))]
+    false
+}
