@@ -6,7 +6,9 @@ use pick::Shape;
 use sandbox::input::{Button, Input};
 use scene::Scene;
 
-use crate::rigs::{Drive, H, SIZE, at, change, click, close, digits, down, push, remove, up};
+use crate::rigs::{
+    Drive, H, SIZE, at, change, click, close, digits, down, push, remove, scene_of, up,
+};
 
 /// What the tutorial's damping leaves of a velocity after one tick.
 const KEEP: f64 = 1.0 - 0.4 * H;
@@ -360,6 +362,35 @@ fn a_hundred_kilometers_away_clicks_select_and_push_the_same() {
             "{name}: {v} here, {w} there"
         );
     }
+}
+
+#[test]
+fn a_push_with_a_radius_moves_the_bodies_around_the_place_that_is_hit() {
+    let ball = |x: i32| {
+        format!(
+            "(name: \"b{x}\", mass_kg: 2, shape: sphere(radius_m: 0.5), position_m: ({x}, 0, -50))"
+        )
+    };
+    let balls = [0, 1, 2, 3].map(ball).join(", ");
+    let text = format!(
+        "(version: 1, step_hz: 100, push: (radius_m: 2.5), camera: (position_m: (0, 0, 0), pitch_deg: 0, yaw_deg: 0),
+          bodies: [{balls}, (name: \"held\", immovable: true, position_m: (0, 1, -50))])"
+    );
+    let mut drive = selecting(Drive::of(scene_of(&text)));
+    let middle = drive.pixel(drive.x("b0"));
+    assert_eq!(drive.select(middle).as_deref(), Some("b0"));
+    drive.click(Button::Right, middle).frame(0.01, []);
+    // 10 N along -z for a tick, at the front of the first ball: 0.5 m nearer than the middles.
+    for (name, x) in [("b1", 1.0_f64), ("b2", 2.0)] {
+        let share = (1.0 - (x * x + 0.25) / 6.25).powi(2);
+        let off = drive.v(name) + DVec3::Z * (0.05 * share);
+        assert!(off.length() < 1e-8, "{name}: {off}");
+    }
+    assert!(
+        (drive.v("b0") + DVec3::Z * 0.05).length() < 1e-8,
+        "the one that is hit gets all of it"
+    );
+    assert_eq!((drive.v("b3"), drive.v("held")), (DVec3::ZERO, DVec3::ZERO));
 }
 
 #[test]

@@ -96,6 +96,7 @@ impl Soft {
             points,
             links: self.links(),
             triangles: self.triangles,
+            blades: None,
             color: self.color,
         });
     }

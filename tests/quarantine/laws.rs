@@ -110,7 +110,14 @@ fn break_a_spring(rig: &mut Simulation, how: usize) -> bool {
     let mut softs = rig.world.query::<(Entity, &SoftBody)>();
     let first = softs.iter(&rig.world).next().map(|(entity, soft)| (entity, soft.clone()));
     let Some((entity, mut soft)) = first else { return false };
-    let middle = soft.springs.len() / 2;
+    // Nothing comes of a spring between two points that are held.
+    let moves = |end: &u32| {
+        let point = soft.points[*end as usize];
+        rig.world.get::<PhysicsBody>(point).is_some_and(|body| body.inverse_mass > 0.0)
+    };
+    let middle = (soft.springs.len() / 2..soft.springs.len())
+        .find(|at| soft.springs[*at].ends.iter().any(moves))
+        .unwrap();
     let springs = std::sync::Arc::make_mut(&mut soft.springs);
     springs[middle].elastic = broken(springs[middle].elastic)[how];
     rig.world.entity_mut(entity).insert(soft);

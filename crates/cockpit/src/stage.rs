@@ -33,7 +33,7 @@ use motion::{
     PushQueue, Quarantined, SoftBody, Spring, Threads, TimeStep, Transform,
 };
 use pick::Shape;
-use scene::{Appearance, FileIndex, PointRadius, Scene, SoftBodyName};
+use scene::{Appearance, Blades, FileIndex, PointRadius, Scene, SoftBodyName};
 
 use self::notices::Notices;
 use self::options::Options;
@@ -127,6 +127,7 @@ pub(crate) fn register_drawn(world: &mut World) {
     world.register_component::<PointRadius>();
     world.register_component::<SoftBody>();
     world.register_component::<SoftBodyName>();
+    world.register_component::<Blades>();
     world.register_component::<FileIndex>();
     world.register_component::<Spring>();
     world.register_component::<Emitter>();

@@ -171,6 +171,7 @@ pub(crate) struct Thrust {
 pub(crate) struct Push {
     pub start_n: Option<f64>,
     pub newtons_per_notch: Option<f64>,
+    pub radius_m: Option<f64>,
 }
 
 #[derive(Deserialize)]

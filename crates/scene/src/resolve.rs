@@ -11,7 +11,7 @@ use std::sync::Arc;
 use motion::effects::Effect;
 use motion::{Damping, DampingModel, Gravity, Range};
 
-use crate::check::{DAMPING_RATE, Rule, STEP_RATE, Scope, positive, rule};
+use crate::check::{DAMPING_RATE, RADIUS, Rule, STEP_RATE, Scope, positive, rule};
 use crate::generate::{self, Bodies, Defaults, NAME_LIMIT, on_device};
 use crate::lists::counted_within;
 use crate::memory::{room, too_much};
@@ -202,7 +202,7 @@ fn resolve(
     let range = raw.range.as_ref().map(|raw| range(raw, faults));
     let push = raw.push.as_ref().map(|raw| {
         let scope = Scope::section("push");
-        let PushSpec { start, per_notch } = PushSpec::TUTORIAL;
+        let PushSpec { start, per_notch, .. } = PushSpec::TUTORIAL;
         PushSpec {
             start: faults.number(scope, "start_n", raw.start_n, start, FORCE),
             per_notch: faults.number(
@@ -212,6 +212,7 @@ fn resolve(
                 per_notch,
                 FORCE,
             ),
+            radius: faults.optional(scope, "radius_m", raw.radius_m, RADIUS),
         }
     });
     let camera = raw.camera.as_ref().map_or(CameraSpec::TUTORIAL, |raw| camera(raw, faults));

@@ -193,11 +193,14 @@ pub struct PushSpec {
     pub start: f64,
     /// Strength that one notch of the wheel adds, N.
     pub per_notch: f64,
+    /// Distance from the place that the pointer hits within which other bodies are pushed, too, m: at distance d with
+    /// (1 - d²/r²)² of the force.
+    pub radius: Option<f64>,
 }
 
 impl PushSpec {
     /// The tutorial's click force.
-    pub const TUTORIAL: Self = Self { start: 10.0, per_notch: 100.0 };
+    pub const TUTORIAL: Self = Self { start: 10.0, per_notch: 100.0, radius: None };
 }
 
 /// A camera: right-handed, y up, looking along -z at yaw 0.

@@ -49,7 +49,7 @@ pub const fn shipped() -> &'static [ShippedScene] {
         "tutorial", "tutorial_large", "empty", "thousand", "projectile", "coast", "frame_step",
         "ship", "ship_between", "verlet_start", "orbit", "orbits_race", "terminal_speed",
         "oscillator", "third_law", "figure_eight", "rope", "bridge", "flag", "cape", "jelly",
-        "fountain", "sparks", "wall", "everything", "feather", "solar",
+        "meadow", "fountain", "sparks", "wall", "everything", "feather", "solar",
         "bungee", "dust_trail", "storm", "shower", "first_law", "galaxies",
     ]
 }

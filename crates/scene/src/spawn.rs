@@ -104,7 +104,9 @@ impl Scene {
                 triangles: soft.triangles.clone(),
                 sheet: soft.sheet,
             };
-            world.spawn((body, SoftBodyName(soft.name.clone()), plain(soft.color), i));
+            let mut drawn =
+                world.spawn((body, SoftBodyName(soft.name.clone()), plain(soft.color), i));
+            soft.blades.map(|blades| drawn.insert(blades));
         }
         for (i, emitter) in (0..).map(FileIndex).zip(&self.emitters) {
             let pool = entities[emitter.pool.start as usize..emitter.pool.end as usize].to_vec();

@@ -13,7 +13,7 @@ use crate::intent::Intent;
 use crate::stage::Stage;
 use crate::stage::pull::Pull;
 use crate::stage::soft::pushes_on;
-use crate::stage::things::is_movable;
+use crate::stage::things::{is_movable, pushed};
 use crate::tools::Tools;
 use crate::view::navigation::Drag;
 use crate::view::{Mode, View};
@@ -355,10 +355,10 @@ impl Hands {
         let Some((hit, body)) = hit.and_then(|hit| Some((hit, hit.pushed?))) else {
             return Vec::new();
         };
-        let Some(id) = stage.sim().id(body) else { return Vec::new() };
-        let newtons = ray.direction() * view.click_force;
-        view.flash(stage, body, ray.at(hit.distance), newtons);
-        vec![Intent::Change(Change::Push(id, newtons), SwitchedBy::Key)]
+        let (at, newtons) = (ray.at(hit.distance), ray.direction() * view.click_force);
+        view.flash(stage, body, at, newtons);
+        let push = |(id, share)| Intent::Change(Change::Push(id, newtons * share), SwitchedBy::Key);
+        pushed(stage.sim(), body, at).into_iter().map(push).collect()
     }
 
     /// Ends everything that held mouse buttons do.

@@ -131,6 +131,22 @@ pub fn name(sim: &Simulation, thing: Entity) -> String {
     own.or_else(|| soft_name(sim, thing)).unwrap_or_else(|| format!("{thing}"))
 }
 
+/// The bodies that a push on `body` moves, and what share of its force each gets: the body itself, and in scenes whose pushes have
+/// a radius all movable bodies around `hit`, m.
+pub(crate) fn pushed(sim: &Simulation, body: Entity, hit: DVec3) -> Vec<(u32, f64)> {
+    let around = sim.scene.push_spec().radius.into_iter().flat_map(|radius| {
+        sim.remaining_bodies().filter_map(move |other| {
+            let entity = sim.world.get_entity(other).ok()?;
+            let inside =
+                1.0 - entity.get::<Transform>()?.position.distance_squared(hit) / radius.powi(2);
+            let flies = !entity.contains::<Dormant>() && !entity.contains::<Quarantined>();
+            let is_pushed = other != body && inside > 0.0 && flies && is_movable(&sim.world, other);
+            is_pushed.then_some((sim.id(other)?, inside.powi(2)))
+        })
+    });
+    sim.id(body).map(|id| (id, 1.0)).into_iter().chain(around).collect()
+}
+
 /// The movable thing after (`step` 1) or before (`step` -1) the `selection`, cyclically.
 pub(crate) fn neighbor(sim: &Simulation, selection: Option<Entity>, step: isize) -> Option<Entity> {
     let world = &sim.world;

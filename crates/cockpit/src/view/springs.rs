@@ -7,7 +7,7 @@ use glam::{Quat, Vec3};
 use motion::{Dormant, Elastic, PhysicsBody, Quarantined, SoftBody, Spring};
 use pick::SoftPose;
 use render::{Frame, Instance, Line, Particle, Surface};
-use scene::Appearance;
+use scene::{Appearance, Blades};
 
 use crate::stage::Stage;
 use crate::stage::query;
@@ -34,6 +34,9 @@ const FULL_STRAIN: f64 = 0.1;
 /// Colors of springs that are shorter than at rest, at rest, and longer.
 const STRAIN_COLORS: [Vec3; 3] =
     [Vec3::new(0.05, 0.25, 1.0), Vec3::splat(0.95), Vec3::new(1.0, 0.08, 0.04)];
+
+/// How much nearer to white blades are that are selected or under the pointer, from 0 to 1.
+const PALER_BLADES: f32 = 0.35;
 
 /// Color of a pin, which holds a point in its place.
 const PIN_COLOR: [f32; 4] = [0.16, 0.16, 0.19, 1.0];
@@ -97,6 +100,7 @@ struct Drawing<'a> {
     outlined: bool,
     /// Smallest radius over distance that is drawn as a body.
     thinnest: f32,
+    blades: Option<&'a Blades>,
 }
 
 impl Drawing<'_> {
@@ -171,6 +175,12 @@ impl Drawing<'_> {
                     frame.lines.push(Line::new(from, to, color, SPRING_WIDTH_PX));
                 }
             }
+        } else if let Some(blades) = self.blades {
+            // Outlines of thousands of blades would be all that is seen.
+            let paler = if self.outlined { PALER_BLADES } else { 0.0 };
+            let color = self.color.map(|channel| channel + paler * (1.0 - channel));
+            frame.surfaces.push(surface_of_blades(pose, blades, color));
+            return;
         } else if body.triangles.is_empty() {
             let mut thin = Vec::new();
             for link in body.springs.iter() {
@@ -211,17 +221,20 @@ impl View {
         ratio: StabilityRatio<'_>,
         hovered: Option<Entity>,
     ) {
-        let mut looks = query::<(&SoftBody, Option<&Appearance>), ()>(&stage.sim().world);
+        type Look<'a> = (&'a SoftBody, Option<&'a Appearance>, Option<&'a Blades>);
+        let mut looks = query::<Look<'_>, ()>(&stage.sim().world);
         #[expect(clippy::cast_possible_truncation, reason = "pixels are f32")]
         let thinnest = self.thinnest() as f32;
         for pose in self.seen.soft.poses() {
-            let Ok((body, look)) = looks.get(&stage.sim().world, pose.entity()) else { continue };
+            let Ok((body, look, blades)) = looks.get(&stage.sim().world, pose.entity()) else {
+                continue;
+            };
             let selected = stage.selection() == Some(pose.entity());
             let [r, g, b] = look.copied().unwrap_or(PLAIN).color;
             let outlined = selected || hovered == Some(pose.entity());
             let color = if selected && !frame.soft { SELECTED } else { [r, g, b, 1.0] };
             let alone = self.springs || ratio.is_some();
-            Drawing { pose, color, outlined, thinnest }.add(frame, body, alone, ratio);
+            Drawing { pose, color, outlined, thinnest, blades }.add(frame, body, alone, ratio);
         }
     }
 
@@ -256,6 +269,50 @@ impl View {
             }
         }
     }
+}
+
+/// The surface of blades in that pose, m relative to the camera: each faces a direction of its own and is darker below.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_precision_loss,
+    clippy::cast_sign_loss,
+    reason = "pixels are f32, colors bytes"
+)]
+fn surface_of_blades(pose: &SoftPose, blades: &Blades, color: [f32; 4]) -> Surface {
+    /// Turn from one blade to the next, radians: the golden angle repeats no direction.
+    const TURN: f32 = 2.399_963;
+    /// Brightness at the first point, relative to the last one.
+    const SHADED: f32 = 0.35;
+    /// Brightness of the dullest blade, relative to the brightest one.
+    const DULL: f32 = 0.65;
+    let (rows, half) = (blades.points.max(2), 0.5 * blades.width as f32);
+    let share = |row: u32| row as f32 / (rows - 1) as f32;
+    let (mut corners, mut triangles) = (Vec::new(), Vec::new());
+    for (number, blade) in (0_u16..=u16::MAX).cycle().zip(pose.points().chunks_exact(rows as usize))
+    {
+        let (sin, cos) = (TURN * f32::from(number)).sin_cos();
+        for (row, point) in (0..rows).zip(blade) {
+            let narrow = 1.0 - share(row).powi(2);
+            let side = Vec3::new(cos, 0.0, sin) * (half * narrow);
+            let first = corners.len() as u32;
+            corners.extend([*point - side, *point + side]);
+            // Between two points that are held, a blade is in the ground.
+            let point = first / 2;
+            if row + 1 < rows && (pose.is_movable(point) || pose.is_movable(point + 1)) {
+                triangles
+                    .extend([[first, first + 1, first + 2], [first + 1, first + 3, first + 2]]);
+            }
+        }
+    }
+    let mut surface = Surface::smooth(&corners, triangles, color);
+    for (pair, number) in surface.vertices.chunks_exact_mut(2).zip(0_u32..) {
+        let light = DULL + (1.0 - DULL) * (0.618 * (number / rows) as f32).fract();
+        let bright = light * (SHADED + (1.0 - SHADED) * share(number % rows));
+        for channel in pair.iter_mut().flat_map(|vertex| &mut vertex.color[..3]) {
+            *channel = (f32::from(*channel) * bright) as u8;
+        }
+    }
+    surface
 }
 
 /// Adds a cord of length `rest`: straight if it is stretched, else hanging down between its ends as a parabola of about that

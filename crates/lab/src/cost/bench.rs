@@ -188,7 +188,7 @@ impl Bench {
         match self.subject.exact() {
             Some((exact, _)) => self.set_scales(Target::scales(&self.subject, exact)),
             None => {
-                self.jobs.waiting.push_back(Job::Reference(self.plan.reference(rungs).substeps))
+                self.jobs.waiting.push_back(Job::Reference(self.plan.reference(rungs).substeps));
             }
         }
         let batches = self.plan.batches(&self.subject, rungs);

@@ -2,8 +2,8 @@
 
 use glam::{DVec3, IVec3, UVec3};
 
-use super::form::{ALL, FIRST, Form, LAST, Place, pinned, points, within_numbers};
-use crate::check::{STIFFNESS, Scope};
+use super::form::{ALL, Braces, FIRST, Form, LAST, Place, pinned, points, within_numbers};
+use crate::check::Scope;
 use crate::raw;
 use crate::scene::names::Numbering;
 use crate::text::faults::Faults;
@@ -41,20 +41,15 @@ pub(super) fn form(keys: &raw::SoftKeys, scope: Scope, faults: &mut Faults) -> F
     let columns = points(keys.columns, scope, "columns", faults);
     let mut steps = STRUCTURAL.to_vec();
     let mut stiffness = vec![None; steps.len()];
-    let braces = [
-        (("shear", keys.shear), ("shear_n_m", keys.shear_n_m), SHEAR),
-        (("bend", keys.bend), ("bend_n_m", keys.bend_n_m), BEND),
-    ];
-    for ((key, given), (own, n_m), more) in braces {
-        if given == Some(false) && n_m.is_some() {
-            let what = format!("there are no such springs by `{key}: false`");
-            faults.refuse(scope, own, what, format!("remove it, or `{key}`"));
-        }
-        let n_m = faults.optional(scope, own, n_m, STIFFNESS);
-        if given == Some(true) || n_m.is_some() {
-            steps.extend(more);
-            stiffness.extend(more.map(|_| n_m));
-        }
+    for braces in [
+        Braces {
+            given: ("shear", keys.shear),
+            stiffness: ("shear_n_m", keys.shear_n_m),
+            steps: &SHEAR,
+        },
+        Braces { given: ("bend", keys.bend), stiffness: ("bend_n_m", keys.bend_n_m), steps: &BEND },
+    ] {
+        braces.add(&mut steps, &mut stiffness, scope, faults);
     }
     Form {
         sheet: true,
@@ -64,6 +59,7 @@ pub(super) fn form(keys: &raw::SoftKeys, scope: Scope, faults: &mut Faults) -> F
         stiffness,
         pinned: pinned(keys, &PLACES, scope, faults),
         position: Box::new(move |[row, column, _]| corner + along * column + down * row),
+        width: None,
         triangles,
     }
 }

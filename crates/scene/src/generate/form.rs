@@ -2,7 +2,7 @@
 
 use glam::{DVec3, IVec3, UVec3};
 
-use crate::check::Scope;
+use crate::check::{STIFFNESS, Scope};
 use crate::raw;
 use crate::scene::names::Numbering;
 use crate::text::faults::Faults;
@@ -24,6 +24,8 @@ pub(super) struct Form {
     pub pinned: Vec<Place>,
     /// The position of a point, m, by its fraction along each axis, 0 to 1.
     pub position: Box<dyn Fn([f64; 3]) -> DVec3>,
+    /// The width of the blades as which its lines of points along the second axis are drawn, m, if so.
+    pub width: Option<f64>,
     /// Its surface, by numbers of points.
     pub triangles: fn(&Self) -> Vec<[u32; 3]>,
 }
@@ -36,11 +38,14 @@ pub(super) type Place = [Option<End>; 3];
 pub(super) enum End {
     First,
     Last,
+    /// The first two points.
+    Root,
 }
 
 pub(super) const ALL: Option<End> = None;
 pub(super) const FIRST: Option<End> = Some(End::First);
 pub(super) const LAST: Option<End> = Some(End::Last);
+pub(super) const ROOT: Option<End> = Some(End::Root);
 
 impl Form {
     /// Number of points; 0 if they cannot be counted.
@@ -88,6 +93,7 @@ impl Form {
             None => true,
             Some(End::First) => place[axis] == 0,
             Some(End::Last) => place[axis] + 1 == self.points[axis],
+            Some(End::Root) => place[axis] < 2,
         };
         self.pinned.iter().any(|held| held.iter().enumerate().all(at))
     }
@@ -100,6 +106,37 @@ impl Form {
     fn place(&self, point: u32) -> UVec3 {
         let UVec3 { y, z, .. } = self.points;
         UVec3::new(point / (y * z), point / z % y, point % z)
+    }
+}
+
+/// Springs that brace a soft body, and that it has only if they are asked for.
+pub(super) struct Braces {
+    /// The key that asks for them, and its value.
+    pub given: (&'static str, Option<bool>),
+    /// The key of their own stiffness, which asks for them too, and its value, N/m.
+    pub stiffness: (&'static str, Option<f64>),
+    pub steps: &'static [IVec3],
+}
+
+impl Braces {
+    /// Appends them to the steps of a body and their stiffnesses, if they are asked for.
+    pub fn add(
+        self,
+        steps: &mut Vec<IVec3>,
+        stiffness: &mut Vec<Option<f64>>,
+        scope: Scope,
+        faults: &mut Faults,
+    ) {
+        let Self { given: (key, given), stiffness: (own, n_m), steps: more } = self;
+        if given == Some(false) && n_m.is_some() {
+            let what = format!("there are no such springs by `{key}: false`");
+            faults.refuse(scope, own, what, format!("remove it, or `{key}`"));
+        }
+        let n_m = faults.optional(scope, own, n_m, STIFFNESS);
+        if given == Some(true) || n_m.is_some() {
+            steps.extend(more);
+            stiffness.extend(more.iter().map(|_| n_m));
+        }
     }
 }
 

@@ -50,6 +50,7 @@ pub(super) fn form(keys: &raw::SoftKeys, scope: Scope, faults: &mut Faults) -> F
         stiffness: Vec::new(),
         pinned: pinned(keys, &SIDES, scope, faults),
         position: Box::new(move |parts| center + size * (DVec3::from_array(parts) - 0.5)),
+        width: None,
         triangles,
     }
 }

@@ -9,7 +9,7 @@ use super::{chain, cloth, lattice};
 use crate::check::{DAMPING_RATE, Rule, STIFFNESS, Scope, not_negative, rule};
 use crate::raw;
 use crate::scene::BodySpec;
-use crate::scene::coupled::SoftBodySpec;
+use crate::scene::coupled::{Blades, SoftBodySpec};
 use crate::text::faults::Faults;
 use crate::text::nearest::one_of;
 
@@ -117,6 +117,7 @@ fn make(
         links: form.pairs().into_iter().map(link).collect(),
         triangles: (form.triangles)(form),
         points: first as u32..bodies.len() as u32,
+        blades: form.width.map(|width| Blades { points: form.points.y, width }),
         color: body.color,
     });
 }

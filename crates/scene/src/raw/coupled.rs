@@ -1,5 +1,7 @@
 //! Emitters, springs and soft bodies as a person writes them.
 
+use std::collections::BTreeSet;
+
 use serde::Deserialize;
 
 use crate::lists::List;
@@ -46,6 +48,9 @@ pub(crate) struct SoftKeys {
     pub points: Option<u32>,
     pub from_m: Option<Triple>,
     pub to_m: Option<Triple>,
+    pub copies: Option<u32>,
+    pub over_m: Option<Triple>,
+    pub width_m: Option<f64>,
     pub rows: Option<u32>,
     pub columns: Option<u32>,
     pub corner_m: Option<Triple>,
@@ -74,7 +79,7 @@ pub(crate) struct SoftKeys {
 
 macro_rules! kinds {
     ($($kind:ident: $($key:ident),+;)+) => {
-        /// The kinds of soft bodies, each with the keys that no other kind has.
+        /// The kinds of soft bodies, each with the keys that not all kinds have.
         pub(crate) const KINDS: [(&str, &[&str]); 3] = [$((stringify!($kind), &[$(stringify!($key)),+])),+];
 
         impl SoftKeys {
@@ -87,7 +92,7 @@ macro_rules! kinds {
 }
 
 kinds! {
-    chain: points, from_m, to_m, stiffness_of_whole_n_m, pull_only;
+    chain: points, from_m, to_m, copies, over_m, width_m, stiffness_of_whole_n_m, pull_only, bend, bend_n_m;
     cloth: rows, columns, corner_m, along_m, down_m, shear, shear_n_m, bend, bend_n_m;
     lattice: cells, center_m, size_m;
 }
@@ -95,18 +100,17 @@ kinds! {
 impl SoftBody {
     /// The keys that are given but belong to another kind.
     pub fn keys_of_other_kinds(&self) -> impl Iterator<Item = &'static str> {
-        self.keys
-            .of_kinds()
-            .filter(|(key, given)| *given && !has(&self.word, key))
-            .map(|(key, _)| key)
+        let given = self.keys.of_kinds().filter(|(key, given)| *given && !has(&self.word, key));
+        // A key of several kinds is listed at each.
+        given.map(|(key, _)| key).collect::<BTreeSet<_>>().into_iter()
     }
 }
 
 /// Whether soft bodies of that kind have `key`; an unknown kind has every key.
 fn has(kind: &str, key: &str) -> bool {
-    let known = KINDS.iter().any(|(other, _)| *other == kind);
-    let owner = KINDS.iter().find(|(_, own)| own.contains(&key));
-    !known || owner.is_none_or(|(other, _)| *other == kind)
+    let own = KINDS.iter().find(|(other, _)| *other == kind);
+    own.is_none_or(|(_, own)| own.contains(&key))
+        || !KINDS.iter().any(|(_, own)| own.contains(&key))
 }
 
 /// The keys of a kind of soft bodies, and what they take.

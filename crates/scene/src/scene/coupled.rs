@@ -3,6 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use bevy_ecs::prelude::*;
 use glam::DVec3;
 use motion::effects::Effect;
 use motion::{Elastic, Link};
@@ -34,8 +35,19 @@ pub struct SoftBodySpec {
     /// Its surface, by numbers of points: of a chain, none; of a cloth, both its sides once; of a lattice, each
     /// triangle counterclockwise as seen from outside.
     pub triangles: Vec<[u32; 3]>,
+    /// The blades as which its points are drawn, if so.
+    pub blades: Option<Blades>,
     /// Linear red, green and blue, each 0 to 1.
     pub color: [f32; 3],
+}
+
+/// On a soft body: its points are drawn as blades, one after the other, which have no thickness and taper to their last point.
+#[derive(Component, Clone, Copy, Debug, PartialEq)]
+pub struct Blades {
+    /// Points of a blade, at least 2.
+    pub points: u32,
+    /// Width at the first point, m.
+    pub width: f64,
 }
 
 /// A source of particles with a fixed pool, whose bodies are bodies of the scene.

@@ -36,7 +36,7 @@ const GROUPS: &[Group] = groups! {
     "The tutorial": "tutorial" "tutorial_large" "frame_step" "empty";
     "Methods": "orbits_race" "orbit" "solar" "figure_eight" "oscillator" "ship" "ship_between" "verlet_start";
     "Forces": "projectile" "coast" "terminal_speed" "feather" "first_law" "third_law" "wall" "everything";
-    "Springs and soft bodies": "rope" "bridge" "flag" "bungee" "cape" "jelly";
+    "Springs and soft bodies": "rope" "bridge" "flag" "bungee" "cape" "jelly" "meadow";
     "Particles": "thousand" "fountain" "sparks" "dust_trail" "galaxies" "storm" "shower";
     "Hard cases":;
 };

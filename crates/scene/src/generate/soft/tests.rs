@@ -101,6 +101,40 @@ fn a_chain_joins_neighbors_and_may_be_held_at_its_ends() {
 }
 
 #[test]
+fn copies_of_a_chain_are_alike_have_roots_and_fill_their_room_evenly() {
+    const COPIES: usize = 400;
+    let scene = parse(
+        r#"chain(name: "grass", points: 4, from_m: (0, -1, 0), to_m: (0, 2, 0), copies: 400, over_m: (8, 0.5, 4), width_m: 0.02,
+            stiffness_n_m: 60, bend_n_m: 20, pinned: [root])"#,
+    );
+    let soft = check(&scene, 1.0);
+    assert_eq!(soft.links.len(), COPIES * (3 + 2));
+    let stiff = |reach: u32, stiffness: f64| {
+        let of = |link: &&motion::Link| link.ends[1] - link.ends[0] == reach;
+        soft.links.iter().filter(of).all(|link| link.elastic.stiffness == stiffness)
+    };
+    assert!(stiff(1, 60.0) && stiff(2, 20.0));
+    let blades = soft.blades.unwrap();
+    assert_eq!((blades.points, blades.width), (4, 0.02));
+    assert_eq!(pinned(&scene)[..3], ["grass.r0.c0", "grass.r0.c1", "grass.r1.c0"]);
+    assert_eq!(pinned(&scene).len(), 2 * COPIES);
+
+    let places = positions(&scene);
+    assert_eq!(places[0], DVec3::NEG_Y, "the first one is where it was without copies");
+    let mut of_cell = [0; 16];
+    for blade in places.chunks_exact(4) {
+        for (point, place) in (0..).zip(blade) {
+            assert!((*place - blade[0] - DVec3::Y * f64::from(point)).length() < 1e-12);
+        }
+        let root = (blade[0] + DVec3::Y) / DVec3::new(8.0, 0.5, 4.0) + 0.5;
+        assert!(root.cmpge(DVec3::ZERO).all() && root.cmplt(DVec3::ONE).all(), "{root}");
+        of_cell[(4.0 * root.x) as usize * 4 + (4.0 * root.z) as usize] += 1;
+    }
+    // Random places would differ by 5 from cell to cell.
+    assert!(of_cell.iter().all(|count| (21..=29).contains(count)), "{of_cell:?}");
+}
+
+#[test]
 fn a_cloth_has_as_many_springs_and_triangles_as_formulas_say() {
     for (rows, columns) in [(2, 2), (2, 5), (7, 2), (3, 3), (6, 9)] {
         for (shear, bend) in [(false, false), (true, false), (false, true), (true, true)] {
