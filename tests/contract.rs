@@ -1,6 +1,7 @@
-//! The good side of the command line: lists, plans, state files, summaries and hashes as the contract has them.
+//! The good side of the command line: lists, plans, state files, summaries and hashes as the contract has them, and that the
+//! contract names all there is.
 
-use std::collections::HashSet;
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::fs;
 use std::path::Path;
 
@@ -8,7 +9,8 @@ use serde_json::Value;
 use tempfile::TempDir;
 use xxhash_rust::xxh3::Xxh3;
 
-use crate::rigs::{command_lines, expected, folder, json, root, sandbox, summarized};
+use crate::rigs::{command_lines, commands, expected, folder, json, root, sandbox, summarized};
+use crate::tidy::code;
 
 #[track_caller]
 fn run(line: &str) -> String {
@@ -299,4 +301,149 @@ fn implicit_steps_that_do_not_converge_are_counted_and_told() {
     let steps = summary["unconverged_steps"].as_u64().unwrap();
     assert!(steps > 0 && summary["newton_iterations"].as_u64().unwrap() > 24 * 60);
     assert!(told.contains(&format!("{steps} implicit steps did not converge")), "{told}");
+}
+
+/// The page of the contract with that name.
+fn contract(page: &str) -> String {
+    fs::read_to_string(root().join(format!("docs/contract/{page}.md"))).unwrap()
+}
+
+/// The flags that a text names, whole.
+fn flags(text: &str) -> BTreeSet<String> {
+    let is_flag = |c: char| c.is_ascii_alphanumeric() || c == '-';
+    let words = text.split(|c| !is_flag(c)).filter_map(|word| word.strip_prefix("--"));
+    // A rule of a table is no flag.
+    let flags = words.filter(|flag| flag.starts_with(|c: char| c.is_ascii_alphanumeric()));
+    flags.filter(|flag| !["help", "version"].contains(flag)).map(str::to_owned).collect()
+}
+
+/// The flags of each command, as its help lists them. The window is the command without a name.
+fn flags_of_commands() -> BTreeMap<String, BTreeSet<String>> {
+    let listed = commands().into_iter().chain([String::new()]).map(|command| {
+        let help = sandbox(".", &format!("{command} --help")).fine();
+        // Examples and what is said of other flags name flags, too: an option begins its line.
+        let options = help.lines().map(str::trim_start).filter(|line| line.starts_with('-'));
+        let options: String =
+            options.map(|line| line.split("  ").next().unwrap().to_owned() + " ").collect();
+        (command, flags(&options))
+    });
+    listed.collect()
+}
+
+#[test]
+fn the_contract_names_every_command_with_exactly_its_flags() {
+    let page = contract("command-line");
+    let block =
+        page.split_once("\n## Commands\n\n```\n").unwrap().1.split_once("\n```\n").unwrap().0;
+    let (block, of_all) = block.split_once("\nany of them ").unwrap();
+    let (block, of_all) = (format!("\n{block}"), flags(of_all));
+    let mut sections = BTreeMap::new();
+    for section in block.split("\nsandbox ").skip(1) {
+        let name = section
+            .split(' ')
+            .next()
+            .filter(|word| word.starts_with(|c: char| c.is_ascii_lowercase()));
+        let flags: BTreeSet<_> = flags(section).union(&of_all).cloned().collect();
+        sections.insert(name.unwrap_or_default().to_owned(), flags);
+    }
+    let expected = flags_of_commands();
+    assert_eq!(sections.keys().collect::<Vec<_>>(), expected.keys().collect::<Vec<_>>());
+    for (command, named) in sections {
+        assert_eq!(
+            named, expected[&command],
+            "docs/contract/command-line.md on `sandbox {command}`"
+        );
+    }
+}
+
+#[test]
+fn the_contract_names_no_flag_that_does_not_exist() {
+    let exist: BTreeSet<_> = flags_of_commands().into_values().flatten().collect();
+    let mut seen = 0;
+    for page in fs::read_dir(root().join("docs/contract")).unwrap() {
+        let page = page.unwrap().path();
+        let named = flags(&fs::read_to_string(&page).unwrap());
+        seen += named.len();
+        let missing: Vec<_> = named.difference(&exist).collect();
+        assert!(missing.is_empty(), "{} names {missing:?}", page.display());
+    }
+    assert!(seen > exist.len(), "the pages name {seen} flags of {}", exist.len());
+}
+
+#[test]
+fn the_contract_names_every_key_of_scenes() {
+    let page = contract("scene");
+    let words: BTreeSet<_> =
+        page.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).collect();
+    let mut keys = BTreeSet::new();
+    for file in ["raw.rs", "raw/coupled.rs", "raw/survival.rs"] {
+        let source = fs::read_to_string(root().join("crates/scene/src").join(file)).unwrap();
+        let lines: Vec<_> =
+            source.lines().map(|line| line.trim().trim_start_matches("pub ")).collect();
+        for (before, line) in lines.iter().zip(&lines[1..]) {
+            let Some((field, value)) = line.split_once(": ") else { continue };
+            let is_name = field.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+            if is_name && ["Option<", "Vec<"].iter().any(|kind| value.starts_with(kind)) {
+                let renamed = before
+                    .strip_prefix("#[serde(rename = \"")
+                    .and_then(|rest| rest.split_once('"'));
+                keys.insert(renamed.map_or(field, |(key, _)| key).to_owned());
+            }
+        }
+    }
+    assert!(keys.len() > 100, "found only {keys:?}");
+    let missing: Vec<_> = keys.iter().filter(|key| !words.contains(key.as_str())).collect();
+    assert!(missing.is_empty(), "docs/contract/scene.md lacks {missing:?}");
+}
+
+#[test]
+fn the_contract_names_every_key_and_measure_of_lessons() {
+    let page = contract("lesson");
+    let words: BTreeSet<_> =
+        page.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).collect();
+    let source =
+        |file: &str| fs::read_to_string(root().join("crates/scene/src").join(file)).unwrap();
+    let (keys, measures) = (source("lesson/raw.rs"), source("lesson.rs"));
+    let structs = keys.split("\nstruct Raw").skip(1).map(|text| text.split_once("\n}").unwrap().0);
+    let keys = structs
+        .flat_map(str::lines)
+        .filter_map(|line| Some(line.trim().split_once(": ")?.0.to_owned()));
+    let of = |name: &str| {
+        let start = format!("pub enum {name} {{");
+        measures.split_once(&*start).unwrap().1.split_once("\n}").unwrap().0.to_owned()
+    };
+    let measures = ["RunMeasure", "ScreenMeasure"].map(of).concat();
+    let measures =
+        code(&measures).map(|line| line.trim().trim_end_matches(',').split('(').next().unwrap());
+    let measures =
+        measures.filter(|word| word.starts_with(|c: char| c.is_ascii_uppercase())).map(snake_case);
+    let all: Vec<_> = keys.chain(measures).collect();
+    assert!(all.len() > 50, "found only {all:?}");
+    let missing: Vec<_> = all.iter().filter(|key| !words.contains(key.as_str())).collect();
+    assert!(missing.is_empty(), "docs/contract/lesson.md lacks {missing:?}");
+}
+
+/// The name in files of a variant.
+fn snake_case(variant: &str) -> String {
+    let mut name = String::new();
+    for c in variant.chars() {
+        if c.is_ascii_uppercase() && !name.is_empty() {
+            name.push('_');
+        }
+        name.push(c.to_ascii_lowercase());
+    }
+    name
+}
+
+#[test]
+fn the_contract_names_every_action_of_scripts() {
+    let page = contract("script");
+    let error =
+        scene::Script::parse("t", "[(at_s: 0, do: no_such_action)]").unwrap_err().to_string();
+    let names: Vec<_> = error.split_once("known here: ").unwrap().1.split(", ").collect();
+    assert!(names.len() > 20, "found only {names:?}");
+    for name in names {
+        let named = ["`", "("].iter().any(|end| page.contains(&format!("`{name}{end}")));
+        assert!(named, "docs/contract/script.md lacks the action {name}");
+    }
 }

@@ -1,6 +1,11 @@
 //! Acceptance tests: what the program promises, through public names, offscreen and without sleeping.
 #![allow(clippy::unwrap_used, reason = "a test panics where it fails")]
 #![allow(clippy::float_cmp, reason = "equal bits are what these tests ask for")]
+#![allow(
+    clippy::wildcard_enum_match_arm,
+    clippy::match_wildcard_for_single_variants,
+    reason = "a test is of some of them"
+)]
 #![allow(clippy::cast_precision_loss, reason = "counts of ticks are small")]
 
 mod bad_input;

@@ -11,6 +11,7 @@
 //! - [`bonds`]: what holds each body: a well, another body, a spring.
 //! - `lists`: lists that are read from files into a limited amount of memory.
 
+#![cfg_attr(test, allow(clippy::wildcard_enum_match_arm, reason = "a test is of some of them"))]
 #![cfg_attr(test, allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test"))]
 
 mod bonds;

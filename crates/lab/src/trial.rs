@@ -45,7 +45,7 @@ pub(crate) fn thrown_after(simulation: &Simulation, seconds: f64) -> Option<f64>
     trial.finish();
     let thrown = |tried: Tried| match tried.verdict {
         Verdict::Thrown(after, excess) if excess.is_gain() => Some(after),
-        _ => None,
+        Verdict::Holds | Verdict::Thrown(..) | Verdict::Wrong(_) | Verdict::NotTried => None,
     };
     trial.found().into_iter().filter_map(thrown).reduce(f64::min)
 }

@@ -169,10 +169,7 @@ fn main() {
         for method in methods {
             let (mut world, mut stepper) = cloth(n, method);
             contestants.push((method.claims().name, Box::new(move || stepper.tick(&mut world))));
-            bounds.push(match method {
-                Method::SemiImplicitEuler if n > 10 => Some(1.15),
-                _ => None,
-            });
+            bounds.push((method == Method::SemiImplicitEuler && n > 10).then_some(1.15));
         }
         compare(links(n).len(), "springs", &bounds, contestants);
         let against = |method| -> Contestant<'static> {

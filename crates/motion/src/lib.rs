@@ -45,6 +45,8 @@
 //! - [`snapshot`]: the state of a world between two ticks, taken out and put back.
 //! - `observe`: [`ledger`], [`margin`], [`forces_on`] and [`totals`](totals()), which read a world and change nothing.
 
+#![cfg_attr(test, allow(clippy::wildcard_enum_match_arm, reason = "a test is of some of them"))]
+
 pub mod groups;
 mod kernels;
 mod laws;

@@ -82,6 +82,7 @@ fn frame(origin_px: [u32; 2], mut part: Image) -> io::Result<Frame<'static>> {
     Ok(Frame { left: pixels(left)?, top: pixels(top)?, dispose: DisposalMethod::Keep, ..frame })
 }
 
+#[expect(clippy::wildcard_enum_match_arm, reason = "errors of `gif`")]
 fn io_error(error: EncodingError) -> io::Error {
     match error {
         EncodingError::Io(error) => error,

@@ -331,7 +331,7 @@ impl ForecastRow {
                 row["of"] = json!(tried.of);
                 row["after_s"] = match tried.verdict {
                     Verdict::Thrown(after, _) => json_number(after),
-                    _ => Value::Null,
+                    Verdict::Holds | Verdict::Wrong(_) | Verdict::NotTried => Value::Null,
                 };
             }
         }

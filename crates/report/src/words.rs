@@ -239,7 +239,7 @@ pub(crate) fn why(failed: &FailedRuns<'_>) -> String {
     let of = |failure: &&Failure| match failure {
         Failure::Quarantined { tick, .. } => *tick,
         Failure::Unconverged { steps } => *steps,
-        _ => 0,
+        Failure::BlewUp | Failure::NotRun | Failure::Unsolvable { .. } => 0,
     };
     let failures = || failed.runs.iter().map(|(_, failure)| *failure);
     match (failures().min_by_key(of), failures().max_by_key(of)) {

@@ -25,6 +25,7 @@ pub enum Failure {
 impl Failure {
     /// A file that could not be read or written.
     #[must_use]
+    #[expect(clippy::wildcard_enum_match_arm, reason = "kinds of errors of the system")]
     pub fn file(doing: &str, path: &Path, error: &std::io::Error) -> Self {
         use std::io::ErrorKind as Kind;
         let why = match error.kind() {
@@ -109,7 +110,12 @@ impl From<RenderError> for Failure {
     fn from(error: RenderError) -> Self {
         match error {
             RenderError::Size { .. } => Self::Usage(format!("--size: {error}")),
-            _ => Self::NoAdapter(error.to_string()),
+            RenderError::NoAdapter { .. }
+            | RenderError::NoSuchAdapter { .. }
+            | RenderError::Device { .. }
+            | RenderError::Lost { .. }
+            | RenderError::Surface { .. }
+            | RenderError::ReadBack { .. } => Self::NoAdapter(error.to_string()),
         }
     }
 }

@@ -172,6 +172,7 @@ pub fn load_path(path: &Path) -> Result<Scene, SceneError> {
 /// # Errors
 ///
 /// If there is no such file, it is a folder, cannot be read, is not UTF-8 or larger than [`FILE_LIMIT`].
+#[expect(clippy::wildcard_enum_match_arm, reason = "kinds of errors of the system")]
 pub fn read_text(path: &Path) -> Result<String, SceneError> {
     let name = path.to_string_lossy();
     let fail = |what: &str, cure: &str| SceneError::of_file(&name, what, cure);

@@ -89,7 +89,11 @@ impl Fingers {
                     Doing::Waits if lifted => vec![Gesture::Press, Gesture::Release],
                     Doing::Presses if lifted => vec![Gesture::Release],
                     Doing::Presses => vec![Gesture::LetGo],
-                    _ => Vec::new(),
+                    Doing::Waits
+                    | Doing::Two(..)
+                    | Doing::Orbits
+                    | Doing::Pinches
+                    | Doing::Ends => Vec::new(),
                 }
             }
             _ => Vec::new(),

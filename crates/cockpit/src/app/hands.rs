@@ -135,7 +135,7 @@ impl Hands {
             }
             match binding.lasts {
                 Lasts::While(hold) => self.held.press(key, hold, at, until),
-                _ => return vec![Intent::Act(binding.act)],
+                Lasts::Once | Lasts::Repeatedly => return vec![Intent::Act(binding.act)],
             }
         }
         Vec::new()
@@ -259,7 +259,7 @@ impl Hands {
             Button::Middle if moves_camera => {
                 self.drag = Some(Drag::Pan(reach.view.pivot(reach.stage)));
             }
-            _ => {}
+            Button::Left | Button::Middle => {}
         }
         Vec::new()
     }

@@ -108,7 +108,7 @@ impl Held {
         let tapped = std::mem::take(&mut self.tapped);
         let direction = sum(self.keys.iter().chain(&tapped), |hold| match hold {
             Hold::Fly(along) => Some(along),
-            _ => None,
+            Hold::Push(_) | Hold::SelectImmovable | Hold::ChangeForce => None,
         });
         if direction.y < 0.0 {
             self.shifted_s += seconds;
@@ -133,7 +133,7 @@ impl Held {
         }
         let along = sum(acting.iter(), |hold| match hold {
             Hold::Push(along) => Some(along),
-            _ => None,
+            Hold::Fly(_) | Hold::SelectImmovable | Hold::ChangeForce => None,
         });
         self.pushers.retain(|pusher| !pusher.acted || pusher.up.is_none_or(|up| up > due));
         along * KEY_PUSH

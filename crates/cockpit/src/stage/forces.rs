@@ -95,6 +95,6 @@ fn is_of_laws(cause: ForceCause, damping: Option<DampingModel>) -> bool {
     match cause {
         ForceCause::Push => false,
         ForceCause::Law("damping") => damping == Some(DampingModel::Exact),
-        _ => true,
+        ForceCause::Law(_) | ForceCause::Spring(_) => true,
     }
 }

@@ -97,7 +97,9 @@ impl Quarantines {
             let cause = match fault {
                 Fault::Law(law) => format!("law {law}"),
                 Fault::Spring(other) => format!("spring to {}", name(other_end, other)),
-                fault => fault.name().to_owned(),
+                fault @ (Fault::Found | Fault::Overflow | Fault::Range(_) | Fault::Request) => {
+                    fault.name().to_owned()
+                }
             };
             if number < TOLD {
                 told.push(format!("{body} was quarantined at {}: {what}", times.words(tick)));

@@ -495,7 +495,12 @@ fn name_of(change: &SceneEdit) -> Option<(&str, String)> {
     let SceneEdit::Set { group, key, value: Some(value) } = change else { return None };
     match scene::Value::read(scene::Kind::Text, value) {
         scene::Value::Text(name) if key == "name" && !group.is_empty() => Some((group, name)),
-        _ => None,
+        scene::Value::Flag(_)
+        | scene::Value::Count(_)
+        | scene::Value::Number(_)
+        | scene::Value::Numbers(_)
+        | scene::Value::Text(_)
+        | scene::Value::Written(_) => None,
     }
 }
 

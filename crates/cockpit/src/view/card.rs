@@ -104,7 +104,9 @@ impl Selected {
                     format!("by spring to {}", stage.name(*other))
                 }
                 ForceCause::Spring(_) => format!("by {springs} springs"),
-                cause => format!("by {}", cause.name().replace('_', " ")),
+                cause @ (ForceCause::Push | ForceCause::Law(_)) => {
+                    format!("by {}", cause.name().replace('_', " "))
+                }
             };
             add_to(&mut named, name, *newtons);
         }
@@ -167,7 +169,7 @@ pub(crate) fn dock_lines(ui: &mut Ui, selected: &Selected, scene: Method, camera
                         ui.label(format!("{length} {unit}")).on_hover_text(value.text());
                     });
                 }
-                value => {
+                value @ (Quantity::Vector(..) | Quantity::Text(_)) => {
                     ui.label(quantity);
                     ui.label(value.text());
                 }

@@ -133,7 +133,11 @@ impl Snapshot {
             let other_end = match record.cause.fault {
                 // A spring end that names no body never had an id.
                 Fault::Spring(end) => body(end).map(|_| StableId(end)),
-                _ => None,
+                Fault::Found
+                | Fault::Law(_)
+                | Fault::Overflow
+                | Fault::Range(_)
+                | Fault::Request => None,
             };
             let renamed = record.rename(|id| body(id).unwrap_or(Entity::PLACEHOLDER));
             Some(QuarantineRecord { id, other_end, ..renamed })

@@ -173,7 +173,7 @@ impl Bench {
             Job::Rates => earlier.rates.is_empty(),
             Job::Errors(from, to) => !study.cells[*from..*to].iter().all(Cell::is_run),
             Job::Time(at) => !timings.is_known(*at, study),
-            _ => true,
+            Job::Reference(_) => true,
         });
         if !self.jobs.waiting.iter().any(|job| matches!(job, Job::Errors(..))) {
             self.jobs.waiting.retain(|job| !matches!(job, Job::Reference(_)));
@@ -272,7 +272,7 @@ impl Bench {
     pub fn reference(&self) -> Option<Box<dyn Runner>> {
         match self.study.truth {
             Truth::Reference { substeps, .. } if substeps > 0 => self.reference_of(substeps).ok(),
-            _ => None,
+            Truth::ClosedForm { .. } | Truth::Reference { .. } => None,
         }
     }
 

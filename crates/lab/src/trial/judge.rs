@@ -139,7 +139,7 @@ impl Run {
                 Body::Quarantined if !most.is_quarantined(i) => {
                     keep(Some(i), None, Excess::Quarantined);
                 }
-                _ => {}
+                Body::Away | Body::Quarantined => {}
             }
         }
         for (bond, arm) in look.arms.iter().enumerate().filter(|_| is_resolved) {

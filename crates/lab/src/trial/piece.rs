@@ -374,7 +374,7 @@ impl Piece {
                     }
                 }
                 Verdict::Thrown(..) => {}
-                _ => {
+                Verdict::Holds | Verdict::Wrong(_) | Verdict::NotTried => {
                     if let Some((body, bond, settled)) = run.settled(&self.cast, truth) {
                         self.note(body, bond, Verdict::Wrong(settled));
                     }
@@ -401,7 +401,9 @@ impl Piece {
             Verdict::Thrown(_, before) => {
                 self.verdict_alone && excess.is_gain() && !before.is_gain()
             }
-            verdict => !verdict.is_fault(),
+            verdict @ (Verdict::Holds | Verdict::Wrong(_) | Verdict::NotTried) => {
+                !verdict.is_fault()
+            }
         }
     }
 

@@ -340,7 +340,7 @@ impl<'a, E: Layout> GroupField<'a, E> {
         Err(match self.watch {
             Watch::Off => Vec::new(),
             _ if !self.found.is_empty() => self.found.iter().map(|row| (*row, 0)).collect(),
-            _ => (0..groups)
+            Watch::On | Watch::Groups => (0..groups)
                 .flat_map(|group| (0..movable).map(move |row| (row, group)))
                 .filter(|(row, group)| breaks(*row, *group))
                 .collect(),

@@ -241,7 +241,7 @@ impl Rescue<'_, '_, '_, '_> {
         let (mut positions, mut bodies) = ([[a, b, c]], [[v[0][0], v[0][1], v[0][2], w[0]]]);
         let method_state = match self.kernel.single.traits.state {
             MethodStateKind::LastStep => MethodStateRows::LastStep(last),
-            _ => MethodStateRows::None,
+            MethodStateKind::None | MethodStateKind::LastAcceleration => MethodStateRows::None,
         };
         let applied = Some(AppliedForces { forces: &[force], rows: &[(0, 0)], offset: 0 });
         let mut batch =

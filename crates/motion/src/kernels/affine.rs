@@ -207,7 +207,7 @@ impl<S: Simd> AffineKernel<'_, '_, '_, S> {
         let mut positions: &mut [f64] = positions.as_flattened_mut();
         let mut last = match method_state {
             MethodStateRows::LastStep(steps) => Some(steps.as_chunks_mut::<BLOCK>().0.iter_mut()),
-            _ => None,
+            MethodStateRows::None | MethodStateRows::LastAcceleration(_) => None,
         };
         // The number of evaluations per movable body is the same for every block.
         let (mut movable, mut per_body) = (0, 0);

@@ -170,7 +170,7 @@ impl TablePart<'_> {
             limit: options.speed_limit,
             last_step: match &batch.method_state {
                 MethodStateRows::LastStep(steps) => Some(steps[row]),
-                _ => None,
+                MethodStateRows::None | MethodStateRows::LastAcceleration(_) => None,
             },
             laws: if kicks { options.laws } else { &[] },
         };

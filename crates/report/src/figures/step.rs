@@ -9,7 +9,7 @@ use crate::numbers::duration;
 pub(super) fn figure(study: &Study, accuracy: Accuracy) -> Drawing {
     let own_error = match accuracy {
         Accuracy::Relative => study.truth.own_error().0,
-        _ => study.truth.own_error().1,
+        Accuracy::Position | Accuracy::Velocity => study.truth.own_error().1,
     };
     let x = Axis::logarithmic(
         "step",

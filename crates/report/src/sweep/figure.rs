@@ -171,13 +171,15 @@ impl Figure {
             let color = match value {
                 Value::Flag(true) => YES,
                 Value::Flag(false) => NO,
-                other => shown(other)
-                    .map_or(ABSENT, |number| scale(part(number, low, high, logarithmic))),
+                other @ (Value::Number(_) | Value::Count(_) | Value::Text(_) | Value::Absent) => {
+                    shown(other)
+                        .map_or(ABSENT, |number| scale(part(number, low, high, logarithmic)))
+                }
             };
             let shown = match value {
                 Value::Number(number) => digits(*number),
                 Value::Absent => NONE.to_owned(),
-                other => other.to_string(),
+                other @ (Value::Count(_) | Value::Flag(_) | Value::Text(_)) => other.to_string(),
             };
             let at = across.map(|axis| format!("{}={}, ", axis.place, axis.values[column]));
             let tip = format!("{}{row}: {shown}", at.unwrap_or_default());

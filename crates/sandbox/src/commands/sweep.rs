@@ -237,7 +237,7 @@ fn table(plan: &Plan, rows: &[Row]) -> String {
     let shown = |value: &Value| match value {
         Value::Number(number) if number.is_finite() => digits(*number),
         Value::Number(_) | Value::Absent => NONE.to_owned(),
-        other => other.to_string(),
+        other @ (Value::Count(_) | Value::Flag(_) | Value::Text(_)) => other.to_string(),
     };
     let header = plan.columns().into_iter().map(|column| column.name).collect();
     let lines = rows.iter().map(|row| row.values.iter().map(shown).collect());

@@ -405,6 +405,7 @@ fn resolve_links(path: &Path) -> PathBuf {
 }
 
 /// The place of a file that exists or will exist: the same for all names of one file, even in folders that do not exist yet.
+#[expect(clippy::wildcard_enum_match_arm, reason = "parts of a path that stay")]
 pub(crate) fn place(path: &Path) -> PathBuf {
     let path = resolve_links(path);
     let mut place = PathBuf::new();

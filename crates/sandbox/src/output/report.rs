@@ -123,6 +123,7 @@ impl Summary {
 
     /// The summary as a table for people.
     #[must_use]
+    #[expect(clippy::wildcard_enum_match_arm, reason = "JSON shows itself")]
     pub fn to_table(&self) -> String {
         let mut table = String::new();
         for (field, value) in &self.fields {

@@ -177,6 +177,7 @@ impl<'r> Runs<'r> {
     }
 
     /// The next run with the values of its row.
+    #[expect(clippy::wildcard_enum_match_arm, reason = "errors of `csv`")]
     pub fn next(&mut self) -> Result<Option<(u64, Vec<Value>)>, Failure> {
         match self.reader.read_record(&mut self.row) {
             Ok(true) => {}

@@ -256,7 +256,9 @@ impl<W: Write> States<W> {
             }
             let field = |value: &Value| match value {
                 Value::Number(number) => format!("{number:.16e}"),
-                other => other.to_string(),
+                other @ (Value::Count(_) | Value::Flag(_) | Value::Text(_) | Value::Absent) => {
+                    other.to_string()
+                }
             };
             self.out.write_all(csv_line(row.iter().map(field)).as_bytes())?;
         }

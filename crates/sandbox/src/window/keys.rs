@@ -7,6 +7,7 @@ use cockpit::input::Key;
 /// The key that went down; `None` for keys that the program does not use, and for those of the system, with Alt or the logo key.
 /// On a Mac Command is the control key. A letter that is not Latin is the key that a US keyboard has at its place. So is a mark at the
 /// place of a letter, such as that of Q in Greek, if the last letter was not Latin: `latin` says whether it was.
+#[expect(clippy::wildcard_enum_match_arm, reason = "keys without a name here")]
 pub(super) fn named(
     logical: &Logical,
     physical: PhysicalKey,
@@ -76,6 +77,7 @@ fn is_latin(character: char) -> bool {
 }
 
 /// The character without Shift of that key of a US keyboard.
+#[expect(clippy::wildcard_enum_match_arm, reason = "keys that type no letter")]
 fn on_us_keyboard(key: PhysicalKey) -> Option<char> {
     let PhysicalKey::Code(code) = key else { return None };
     let named = format!("{code:?}");

@@ -131,7 +131,7 @@ impl Recorder {
         if !done {
             let output = match std::mem::replace(&mut self.file, RecordingFile::Failed) {
                 RecordingFile::Waiting(output) => output,
-                _ => Output::create(&self.path)?,
+                RecordingFile::Growing(_) | RecordingFile::Failed => Output::create(&self.path)?,
             };
             self.file = RecordingFile::Growing(Growing::start(output, &self.text)?);
         }
@@ -145,7 +145,7 @@ impl Recorder {
         }
         let output = match self.file {
             RecordingFile::Waiting(output) => Ok(output),
-            _ => Output::create(&self.path),
+            RecordingFile::Growing(_) | RecordingFile::Failed => Output::create(&self.path),
         };
         let written = output.and_then(|output| output.finish_with(self.text.whole(0).as_bytes()));
         written.map_err(|error| Failure::file("write", self.path.as_ref(), &error))

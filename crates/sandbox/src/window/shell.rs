@@ -116,6 +116,7 @@ impl ApplicationHandler<Event> for Shell {
         }
     }
 
+    #[expect(clippy::wildcard_enum_match_arm, reason = "events that the window does not use")]
     fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
         if !matches!(event, WindowEvent::RedrawRequested) {
             self.unsettled = SETTLING_FRAMES;
@@ -304,6 +305,7 @@ impl Shell {
 
     /// Takes the text that an event types, pastes or composes into a field. Keys, pointer and fingers are not egui's alone: they
     /// reach it by way of the session, under names that scripts and recordings have.
+    #[expect(clippy::wildcard_enum_match_arm, reason = "events that the sandbox does not use")]
     fn hear(&mut self, event: &WindowEvent) {
         let takes_text = self.session.takes_text();
         // For these egui-winit reads a clipboard, which may take seconds.

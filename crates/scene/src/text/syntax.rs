@@ -53,6 +53,7 @@ pub(crate) fn error(name: &str, text: &str, root: &str, error: &SpannedError) ->
 }
 
 /// Adds the fault of a piece of the text that was read on its own.
+#[expect(clippy::wildcard_enum_match_arm, reason = "errors without a span of their own")]
 pub(crate) fn fault(
     faults: &mut Faults,
     text: &str,
@@ -108,6 +109,7 @@ fn leading_blank(text: &str) -> usize {
 }
 
 /// Describes what is wrong, and what would be right.
+#[expect(clippy::wildcard_enum_match_arm, reason = "the words of `ron`")]
 fn explain(error: &Error) -> (String, String) {
     let (what, cure) = match error {
         Error::Eof => ("the text ends too early", "close every `(`, `[` and `\"` that was opened"),

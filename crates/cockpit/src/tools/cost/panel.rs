@@ -122,11 +122,13 @@ fn first(ui: &mut Ui, study: &Study, axes: Axes, present: Setting) -> Option<Set
         };
         let cost = study.cost(mine, axes.cost).map_or(String::new(), |cost| match axes.cost {
             Cost::RealTime => format!(", {} of real time", share(cost, 2)),
-            _ => format!(", {} evaluations per body per s", digits(cost)),
+            Cost::Evaluations | Cost::Time | Cost::Arithmetic => {
+                format!(", {} evaluations per body per s", digits(cost))
+            }
         });
         let off = match axes.accuracy {
             Accuracy::Position => length(error, 2),
-            _ => share(error, 2),
+            Accuracy::Relative | Accuracy::Velocity => share(error, 2),
         };
         ui.strong(format!("Yours: up to {off} off within {} s{cost}.", digits(study.simulated_s)));
         let Some((cell, times)) = study.better_at_cost_of(mine, axes.accuracy, axes.cost) else {

@@ -122,7 +122,7 @@ fn distances(row: &GhostRow, words: Words) -> [String; 3] {
     let now = match &row.state {
         GhostState::Failed(_) => "failed".to_owned(),
         GhostState::Unsolvable(_) => "cannot".to_owned(),
-        _ => written(row.distance),
+        GhostState::Solid | GhostState::Mixed | GhostState::Runs => written(row.distance),
     };
     [now, written(row.largest), written(row.rms)]
 }

@@ -293,7 +293,7 @@ impl<'a> Pairs<'a> {
         };
         let mover = match holder {
             Holder::Body(holder) if !by_holder.is_fixed => Some(holder),
-            _ => None,
+            Holder::Body(_) | Holder::Well(_) => None,
         };
         let falls = |id: u32| self.falls && !self.scene.bodies[id as usize].gravity_off;
         let may_part = match mover {

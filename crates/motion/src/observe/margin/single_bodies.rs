@@ -158,7 +158,10 @@ impl Oscillator {
         match self.part {
             LimitingPart::Drag(_) | LimitingPart::Damping(_) => self.drag + damping,
             LimitingPart::Well(..) => self.stiffness,
-            _ => self.stiffness.sqrt() + self.drag,
+            LimitingPart::Spring(_)
+            | LimitingPart::Damper(_)
+            | LimitingPart::Law(..)
+            | LimitingPart::MutualGravity(_) => self.stiffness.sqrt() + self.drag,
         }
     }
 }
@@ -193,7 +196,11 @@ impl StepClass {
             let Oscillator { part, stiffness, drag, damping, is_linear } = oscillator;
             let value = match part {
                 LimitingPart::Drag(_) | LimitingPart::Damping(_) => h * oscillator.speed(),
-                _ => h * stiffness.sqrt().max(drag),
+                LimitingPart::Spring(_)
+                | LimitingPart::Damper(_)
+                | LimitingPart::Well(..)
+                | LimitingPart::Law(..)
+                | LimitingPart::MutualGravity(_) => h * stiffness.sqrt().max(drag),
             };
             let system = LinearSystem::one(Modes::one(stiffness, drag, damping));
             system.margin(part, bodies, value, value, stepping, is_linear)

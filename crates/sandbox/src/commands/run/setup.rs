@@ -107,7 +107,7 @@ impl Setup {
             interpolate: pictures || script.is_some() || args.lesson.is_some(),
             catch_up: match ends {
                 FrameEnds::Constant { rate } => Some((1.0 / rate).max(CATCH_UP)),
-                _ => None,
+                FrameEnds::Lengths(_) | FrameEnds::Recorded(_) => None,
             },
             pace: args.pace,
             paused: false,
@@ -265,7 +265,9 @@ fn pace(args: &RunArgs, scene: &Scene) -> f64 {
 fn tick_rate(scene: &Scene, ends: &FrameEnds) -> f64 {
     match ends {
         FrameEnds::Constant { rate } if follows_frames(scene) => *rate,
-        _ => scene.step_hz,
+        FrameEnds::Constant { .. } | FrameEnds::Lengths(_) | FrameEnds::Recorded(_) => {
+            scene.step_hz
+        }
     }
 }
 
