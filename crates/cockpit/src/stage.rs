@@ -32,8 +32,8 @@ use motion::{
     Dormant, Emission, Emitter, Evaluations, Orientation, PhysicsBody, PreviousPosition, Push,
     PushQueue, Quarantined, SoftBody, Spring, Threads, TimeStep, Transform,
 };
-use pick::Shape;
-use scene::{Appearance, Blades, FileIndex, PointRadius, Scene, SoftBodyName};
+use pick::{Blades, Shape};
+use scene::{Appearance, FileIndex, PointRadius, Scene, SoftBodyName};
 
 use self::notices::Notices;
 use self::options::Options;

@@ -24,6 +24,6 @@ mod view;
 
 pub use ray::{Drawn, Ray, RayError};
 pub use shape::{Shape, ShapeError};
-pub use soft::{SoftHit, SoftPoint, SoftPose, SoftTargets};
+pub use soft::{BladeSurface, Blades, SoftHit, SoftPoint, SoftPose, SoftTargets};
 pub use targets::{Chunk, Hit, Targets};
 pub use view::Viewpoint;

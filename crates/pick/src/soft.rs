@@ -9,6 +9,10 @@ use parry3d::query::details::local_ray_intersection_with_triangle;
 use crate::exact::within_reach;
 use crate::{Drawn, Ray};
 
+mod blades;
+
+pub use blades::{BladeSurface, Blades};
+
 /// Radius of a point of a rope, as a share of the mean rest length of its springs.
 const POINT_RADIUS: f64 = 0.12;
 
@@ -34,6 +38,7 @@ pub struct SoftPose {
     points: Vec<Vec3>,
     movable: Vec<bool>,
     radius: f64,
+    blades: Option<BladeSurface>,
 }
 
 impl SoftPose {
@@ -67,18 +72,23 @@ impl SoftPose {
         self.radius * LINK_RADIUS
     }
 
+    /// The surface of its blades, if it has them.
+    #[must_use]
+    pub const fn blades(&self) -> Option<&BladeSurface> {
+        self.blades.as_ref()
+    }
+
     /// Positions of the points with those numbers minus the anchor, m; `None` if one of them is missing.
     #[must_use]
     pub fn corners<const N: usize>(&self, numbers: [u32; N]) -> Option<[Vec3; N]> {
-        let corners =
-            numbers.map(|number| self.points.get(number as usize).copied().unwrap_or(Vec3::NAN));
-        corners.iter().all(|corner| within_reach(*corner)).then_some(corners)
+        corners(&self.points, numbers)
     }
 
     fn update(
         &mut self,
         entity: Entity,
         body: &SoftBody,
+        blades: Option<&Blades>,
         point: impl Fn(Entity) -> Option<SoftPoint>,
         anchor: DVec3,
     ) {
@@ -90,6 +100,7 @@ impl SoftPose {
             self.movable.push(found.is_some_and(|point| point.movable));
         }
         self.radius = point_radius(&body.springs);
+        self.blades = blades.map(|blades| blades.surface(self));
     }
 
     /// A ball around its points: center and radius, m; `None` if all points are missing.
@@ -101,6 +112,12 @@ impl SoftPose {
         let (low, high) = (low.as_dvec3(), high.as_dvec3());
         (low.x <= high.x).then(|| ((low + high) / 2.0, (high - low).length() / 2.0))
     }
+}
+
+/// Those of `places`; `None` if one of them is missing.
+fn corners<const N: usize>(places: &[Vec3], numbers: [u32; N]) -> Option<[Vec3; N]> {
+    let corners = numbers.map(|number| places.get(number as usize).copied().unwrap_or(Vec3::NAN));
+    corners.iter().all(|corner| within_reach(*corner)).then_some(corners)
 }
 
 fn point_radius(springs: &[Link]) -> f64 {
@@ -129,7 +146,7 @@ pub struct SoftHit {
 /// The drawn points of all soft bodies of one frame, relative to an anchor: filled once per frame, read by ray casts
 /// and by the extraction of surfaces.
 ///
-/// A soft body with triangles is hit at its triangles, from both sides, and any other at its points and springs with the
+/// A soft body with triangles or blades is hit at its triangles, from both sides, and any other at its points and springs with the
 /// radii at which they are drawn. A point that is missing or farther than 1e18 m is not hit, nor are its triangles and
 /// springs.
 #[derive(Debug, Default)]
@@ -144,21 +161,22 @@ impl SoftTargets {
     pub fn update<'a>(
         &mut self,
         anchor: DVec3,
-        bodies: impl Iterator<Item = (Entity, &'a SoftBody)>,
+        bodies: impl Iterator<Item = (Entity, &'a SoftBody, Option<&'a Blades>)>,
         point: impl Fn(Entity) -> Option<SoftPoint>,
     ) {
         self.anchor = anchor;
         let mut count = 0;
-        for (entity, body) in bodies {
+        for (entity, body, blades) in bodies {
             if count == self.poses.len() {
                 self.poses.push(SoftPose {
                     entity,
                     points: Vec::new(),
                     movable: Vec::new(),
                     radius: 0.0,
+                    blades: None,
                 });
             }
-            self.poses[count].update(entity, body, &point, anchor);
+            self.poses[count].update(entity, body, blades, &point, anchor);
             count += 1;
         }
         self.poses.truncate(count);
@@ -190,10 +208,12 @@ impl SoftTargets {
                 continue;
             };
             let Some(body) = body(pose.entity) else { continue };
-            let found = if body.triangles.is_empty() {
-                near.rope(pose, body)
-            } else {
-                near.surface(pose, body)
+            let found = match &pose.blades {
+                Some(BladeSurface { corners, triangles }) => {
+                    near.surface(pose, corners, triangles, 2)
+                }
+                None if body.triangles.is_empty() => near.rope(pose, body),
+                None => near.surface(pose, &pose.points, &body.triangles, 1),
             };
             if let Some(Found { distance, triangle, pushed }) =
                 found.filter(|found| found.distance < limit)
@@ -253,12 +273,19 @@ impl Near {
         point.as_dvec3() - self.start
     }
 
-    fn surface(&self, pose: &SoftPose, body: &SoftBody) -> Option<Found> {
+    /// The closest of these triangles, whose places are `each` for a point.
+    fn surface(
+        &self,
+        pose: &SoftPose,
+        places: &[Vec3],
+        triangles: &[[u32; 3]],
+        each: u32,
+    ) -> Option<Found> {
         let ray = LocalRay::new(Vec3::ZERO, self.direction.as_vec3());
         let mut closest = f32::INFINITY;
         let mut hit = None;
-        for (number, triangle) in body.triangles.iter().enumerate() {
-            let Some(corners) = pose.corners(*triangle) else { continue };
+        for (number, triangle) in triangles.iter().enumerate() {
+            let Some(corners) = corners(places, *triangle) else { continue };
             let [a, b, c] = corners.map(|corner| self.local(corner).as_vec3());
             if let Some((met, weights)) = local_ray_intersection_with_triangle(a, b, c, &ray)
                 && met.time_of_impact < closest
@@ -270,6 +297,7 @@ impl Near {
         }
         let (number, triangle, weights) = hit?;
         let pushed = triangle
+            .map(|corner| corner / each)
             .into_iter()
             .zip(weights.to_array())
             .filter(|(corner, _)| pose.is_movable(*corner))

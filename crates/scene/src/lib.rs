@@ -64,7 +64,7 @@ pub use parts::{FREE_BODIES, Part};
 pub use resolve::declared::key_of_law;
 pub use resolve::springs::unsolvable;
 pub use resolve::survival::EXPLODES;
-pub use scene::coupled::{Blades, Declaration, EmitterSpec, SoftBodySpec, SpringSpec};
+pub use scene::coupled::{Declaration, EmitterSpec, SoftBodySpec, SpringSpec};
 pub use scene::names::Names;
 pub use scene::survival::{Bounds, Lengths, Measure, SurvivalRow, TickLengths};
 pub use scene::{

@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 use motion::{
     Dormant, Orientation, PhysicsBody, PreviousPosition, Quarantined, SoftBody, Transform,
 };
-use pick::{Chunk, Drawn, Ray, Shape, SoftPoint, Viewpoint};
+use pick::{Blades, Chunk, Drawn, Ray, Shape, SoftPoint, Viewpoint};
 
 use crate::stage::Stage;
 use crate::stage::query;
@@ -180,7 +180,7 @@ impl View {
             orientations,
         });
         seen.targets.update(camera.position, alpha, chunks);
-        let mut bodies = query::<(Entity, &SoftBody), ()>(&stage.sim().world);
+        let mut bodies = query::<(Entity, &SoftBody, Option<&Blades>), ()>(&stage.sim().world);
         let mut points = query::<
             (&Transform, Option<&PreviousPosition>, &PhysicsBody),
             (Without<Quarantined>, Without<Dormant>),

@@ -5,9 +5,9 @@ use std::f32::consts::TAU;
 use bevy_ecs::prelude::*;
 use glam::{Quat, Vec3};
 use motion::{Dormant, Elastic, PhysicsBody, Quarantined, SoftBody, Spring};
-use pick::SoftPose;
+use pick::{BladeSurface, Blades, SoftPose};
 use render::{Frame, Instance, Line, Particle, Surface};
-use scene::{Appearance, Blades};
+use scene::Appearance;
 
 use crate::stage::Stage;
 use crate::stage::query;
@@ -175,11 +175,11 @@ impl Drawing<'_> {
                     frame.lines.push(Line::new(from, to, color, SPRING_WIDTH_PX));
                 }
             }
-        } else if let Some(blades) = self.blades {
+        } else if let (Some(surface), Some(blades)) = (pose.blades(), self.blades) {
             // Outlines of thousands of blades would be all that is seen.
             let paler = if self.outlined { PALER_BLADES } else { 0.0 };
             let color = self.color.map(|channel| channel + paler * (1.0 - channel));
-            frame.surfaces.push(surface_of_blades(pose, blades, color));
+            frame.surfaces.push(shaded_blades(surface, blades, color));
             return;
         } else if body.triangles.is_empty() {
             let mut thin = Vec::new();
@@ -271,48 +271,27 @@ impl View {
     }
 }
 
-/// The surface of blades in that pose, m relative to the camera: each faces a direction of its own and is darker below.
+/// The surface of blades, each of its own brightness and darker toward the ground.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_precision_loss,
     clippy::cast_sign_loss,
-    reason = "pixels are f32, colors bytes"
+    reason = "colors are bytes"
 )]
-fn surface_of_blades(pose: &SoftPose, blades: &Blades, color: [f32; 4]) -> Surface {
-    /// Turn from one blade to the next, radians: the golden angle repeats no direction.
-    const TURN: f32 = 2.399_963;
-    /// Brightness at the first point, relative to the last one.
+fn shaded_blades(surface: &BladeSurface, blades: &Blades, color: [f32; 4]) -> Surface {
+    /// Brightness at the first point, relative to the tip.
     const SHADED: f32 = 0.35;
     /// Brightness of the dullest blade, relative to the brightest one.
     const DULL: f32 = 0.65;
-    let (rows, half) = (blades.points.max(2), 0.5 * blades.width as f32);
-    let share = |row: u32| row as f32 / (rows - 1) as f32;
-    let (mut corners, mut triangles) = (Vec::new(), Vec::new());
-    for (number, blade) in (0_u16..=u16::MAX).cycle().zip(pose.points().chunks_exact(rows as usize))
-    {
-        let (sin, cos) = (TURN * f32::from(number)).sin_cos();
-        for (row, point) in (0..rows).zip(blade) {
-            let narrow = 1.0 - share(row).powi(2);
-            let side = Vec3::new(cos, 0.0, sin) * (half * narrow);
-            let first = corners.len() as u32;
-            corners.extend([*point - side, *point + side]);
-            // Between two points that are held, a blade is in the ground.
-            let point = first / 2;
-            if row + 1 < rows && (pose.is_movable(point) || pose.is_movable(point + 1)) {
-                triangles
-                    .extend([[first, first + 1, first + 2], [first + 1, first + 3, first + 2]]);
-            }
-        }
-    }
-    let mut surface = Surface::smooth(&corners, triangles, color);
-    for (pair, number) in surface.vertices.chunks_exact_mut(2).zip(0_u32..) {
-        let light = DULL + (1.0 - DULL) * (0.618 * (number / rows) as f32).fract();
-        let bright = light * (SHADED + (1.0 - SHADED) * share(number % rows));
+    let mut drawn = Surface::smooth(&surface.corners, surface.triangles.iter().copied(), color);
+    for (pair, number) in drawn.vertices.chunks_exact_mut(2).zip(0_u32..) {
+        let light = DULL + (1.0 - DULL) * (0.618 * (number / blades.points) as f32).fract();
+        let bright = light * (SHADED + (1.0 - SHADED) * blades.share(number));
         for channel in pair.iter_mut().flat_map(|vertex| &mut vertex.color[..3]) {
             *channel = (f32::from(*channel) * bright) as u8;
         }
     }
-    surface
+    drawn
 }
 
 /// Adds a cord of length `rest`: straight if it is stretched, else hanging down between its ends as a parabola of about that

@@ -9,6 +9,7 @@ use super::*;
 struct Sample {
     entity: Entity,
     body: SoftBody,
+    blades: Option<Blades>,
     places: Vec<(Entity, SoftPoint)>,
 }
 
@@ -35,6 +36,7 @@ impl Sample {
         Self {
             entity,
             body: SoftBody { points, springs: springs.into(), triangles, sheet: false },
+            blades: None,
             places,
         }
     }
@@ -65,7 +67,11 @@ fn cast(samples: &[&Sample], anchor: DVec3, ray: &Ray, thinnest: f64) -> Option<
     let mut targets = SoftTargets::default();
     let all: Vec<_> = samples.iter().flat_map(|sample| &sample.places).copied().collect();
     let point = |entity| all.iter().find(|(point, _)| *point == entity).map(|(_, point)| *point);
-    targets.update(anchor, samples.iter().map(|sample| (sample.entity, &sample.body)), point);
+    targets.update(
+        anchor,
+        samples.iter().map(|sample| (sample.entity, &sample.body, sample.blades.as_ref())),
+        point,
+    );
     let body =
         |entity| samples.iter().find(|sample| sample.entity == entity).map(|sample| &sample.body);
     targets.cast(ray, thinnest, body)
@@ -210,10 +216,29 @@ fn poses_follow_the_bodies_that_there_are() {
     let samples = [2, 1].map(|cells| Sample::sheet(&mut world, cells, DVec3::X * 1e5));
     let point = |_| Some(SoftPoint { position: DVec3::new(1e5, 2.0, 0.0), movable: false });
     let mut targets = SoftTargets::default();
-    targets.update(DVec3::X * 1e5, samples.iter().map(|s| (s.entity, &s.body)), point);
+    targets.update(DVec3::X * 1e5, samples.iter().map(|s| (s.entity, &s.body, None)), point);
     assert_eq!(targets.poses().iter().map(|pose| pose.points().len()).collect::<Vec<_>>(), [9, 4]);
-    targets.update(DVec3::X * 1e5, samples[1..].iter().map(|s| (s.entity, &s.body)), point);
+    targets.update(DVec3::X * 1e5, samples[1..].iter().map(|s| (s.entity, &s.body, None)), point);
     let [pose] = targets.poses() else { panic!("one body") };
     assert_eq!((pose.entity(), pose.points()), (samples[1].entity, &[Vec3::Y * 2.0; 4][..]));
     assert!(!pose.is_movable(0) && !pose.is_movable(9) && pose.corners([0, 9]).is_none());
+}
+
+#[test]
+fn a_blade_is_hit_where_it_is_drawn_and_pushed_at_the_nearest_point_that_moves() {
+    let mut world = World::new();
+    let places = [0.0, 1.0, 2.0, 3.0].map(|y| DVec3::new(0.0, y, -5.0));
+    let mut blade = Sample::rope(&mut world, &places);
+    blade.blades = Some(Blades { points: 4, width: 0.2 });
+    for held in [0, 1] {
+        blade.edit(held).movable = false;
+    }
+    let pushed = |x: f64, y: f64| {
+        let hit = cast(&[&blade], DVec3::ZERO, &ray(DVec3::new(x, y, 0.0), DVec3::NEG_Z), 0.0)?;
+        assert!((hit.distance - 5.0).abs() < 1e-6);
+        hit.pushed.map(|point| blade.body.points.iter().position(|other| *other == point).unwrap())
+    };
+    // Its half width is 0.1 (1 - (y / 3)²), and between the points that are held it is in the ground.
+    assert_eq!([pushed(0.0, 0.5), pushed(0.08, 1.1), pushed(0.095, 1.1)], [None, Some(2), None]);
+    assert_eq!([pushed(0.0, 2.9), pushed(0.04, 2.1), pushed(-0.04, 2.6)], [Some(3), Some(2), None]);
 }

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use motion::{Elastic, Link};
+use pick::Blades;
 
 use super::entry::{Bodies, GeneratedEntry, shared};
 use super::form::Form;
@@ -9,7 +10,7 @@ use super::{chain, cloth, lattice};
 use crate::check::{DAMPING_RATE, Rule, STIFFNESS, Scope, not_negative, rule};
 use crate::raw;
 use crate::scene::BodySpec;
-use crate::scene::coupled::{Blades, SoftBodySpec};
+use crate::scene::coupled::SoftBodySpec;
 use crate::text::faults::Faults;
 use crate::text::nearest::one_of;
 

@@ -3,10 +3,10 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use bevy_ecs::prelude::*;
 use glam::DVec3;
 use motion::effects::Effect;
 use motion::{Elastic, Link};
+use pick::Blades;
 use swarm::Swarm;
 
 /// A spring between two bodies.
@@ -39,15 +39,6 @@ pub struct SoftBodySpec {
     pub blades: Option<Blades>,
     /// Linear red, green and blue, each 0 to 1.
     pub color: [f32; 3],
-}
-
-/// On a soft body: its points are drawn as blades, one after the other, which have no thickness and taper to their last point.
-#[derive(Component, Clone, Copy, Debug, PartialEq)]
-pub struct Blades {
-    /// Points of a blade, at least 2.
-    pub points: u32,
-    /// Width at the first point, m.
-    pub width: f64,
 }
 
 /// A source of particles with a fixed pool, whose bodies are bodies of the scene.

@@ -144,13 +144,16 @@ fn compare(session: &mut Session, camera: &mut Camera, name: &str) -> usize {
     for at in (0..width * height).step_by(6) {
         let Ok(drawn) = ids[at] else { continue };
         let (x, y) = (at % width, at / width);
-        let pixel = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
-        let ray = session.view.viewpoint().ray_through(pixel, session.view.view_area()[1]);
         let Session { stage, view, .. } = &mut *session;
-        let ground = view.distance_of_ground(stage, &ray).unwrap_or(f64::INFINITY);
-        // The ground is drawn in place of the floor, and what is below it is translucent.
-        let picked = view.cast(stage, &ray).filter(|hit| hit.distance < ground * (1.0 - 1e-5));
-        let picked = picked.map(|hit| hit.entity);
+        let mut pick = |aside: [f64; 2]| {
+            let pixel = DVec2::new(x as f64 + 0.5, y as f64 + 0.5) + DVec2::from_array(aside);
+            let ray = view.viewpoint().ray_through(pixel, view.view_area()[1]);
+            let ground = view.distance_of_ground(stage, &ray).unwrap_or(f64::INFINITY);
+            // The ground is drawn in place of the floor, and what is below it is translucent.
+            let picked = view.cast(stage, &ray).filter(|hit| hit.distance < ground * (1.0 - 1e-5));
+            picked.map(|hit| hit.entity)
+        };
+        let picked = pick([0.0; 2]);
         with_things += usize::from(drawn.is_some());
         // Edges lie between pixels.
         let near = |(dx, dy): (isize, isize)| {
@@ -161,8 +164,14 @@ fn compare(session: &mut Session, camera: &mut Camera, name: &str) -> usize {
         let agrees = |drawn: Result<Option<usize>, ()>| {
             drawn.map(|number| number.map(|number| things[number])) == Ok(picked)
         };
+        // A blade may be thinner than a pixel, and a renderer rounds its corners to 1/256 of one.
+        let is_at_edge = |pick: &mut dyn FnMut([f64; 2]) -> Option<Entity>| {
+            let thing = drawn.map(|number| things[number]);
+            [[0.02, 0.0], [-0.02, 0.0], [0.0, 0.02], [0.0, -0.02]].map(pick).contains(&thing)
+        };
         if !agrees(Ok(drawn))
             && !around.filter_map(near).any(|drawn| drawn.is_err() || agrees(drawn))
+            && !is_at_edge(&mut pick)
         {
             let name = |thing: Option<Entity>| thing.map(|thing| session.stage.name(thing));
             wrong.push((x, y, name(drawn.map(|number| things[number])), name(picked)));
