@@ -2,14 +2,14 @@
 
 use clap::Args;
 use motion::effects::Effect;
-use render::{Gpu, Offscreen, Quality, Renderer};
+use render::Quality;
 use scene::{Keeps, Scene};
 
 use crate::args::{SceneName, above_0, check_memory, check_seconds, cores, positive};
 use crate::commands::effects;
 use crate::commands::list::Format;
 use crate::output::command_files::CommandFiles;
-use crate::output::pictures::headless;
+use crate::output::pictures::Camera;
 use crate::output::progress::Waiting;
 use crate::output::show;
 use cockpit::app::session::Session;
@@ -52,11 +52,12 @@ pub(crate) fn run(args: &AblateArgs) -> Result<(), Failure> {
     let pictures = (!args.no_pictures).then(device);
     check_memory(&scene, Keeps { compared: Some(1), pictures, ..Keeps::default() })?;
     let _waiting = Waiting::begin("running the scene without each effect");
-    let mut camera = if args.no_pictures { None } else { Pictures::new() };
-    let full = camera.as_mut().map(|camera| camera.last(&scene, ticks, None)).transpose()?;
+    let mut camera = if args.no_pictures { None } else { open_camera() };
+    let full =
+        camera.as_mut().map(|camera| last_picture(camera, &scene, ticks, None)).transpose()?;
     let mut failed = None;
     let text = effects::ablation(&scene, ticks, args.format, |effect| {
-        let picture = camera.as_mut()?.last(&scene, ticks, Some(effect));
+        let picture = last_picture(camera.as_mut()?, &scene, ticks, Some(effect));
         picture.map_err(|failure| failed = Some(failure)).ok().map(|picture| Some(picture) != full)
     });
     if let Some(failure) = failed {
@@ -65,54 +66,37 @@ pub(crate) fn run(args: &AblateArgs) -> Result<(), Failure> {
     show(&text)
 }
 
-/// Draws the ends of runs, without words.
-struct Pictures {
-    gpu: Gpu,
-    renderer: Renderer,
-    target: Offscreen,
+/// A camera; prints a line and returns `None` if there is no adapter.
+fn open_camera() -> Option<Camera> {
+    let camera = Camera::new(Options::default().size_px, Quality::FIXED);
+    camera.map_err(|error| eprintln!("no pictures are compared: {error}")).ok()
 }
 
-impl Pictures {
-    /// Opens an adapter; prints a line and returns `None` if there is none.
-    fn new() -> Option<Self> {
-        let options = Options::default();
-        let made = headless().and_then(|gpu| {
-            let target = Offscreen::new(&gpu, options.size_px)?;
-            Ok(Self {
-                renderer: Renderer::new(&gpu, render::OFFSCREEN_FORMAT, Quality::FIXED),
-                target,
-                gpu,
-            })
-        });
-        made.map_err(|error| eprintln!("no pictures are compared: {error}")).ok()
+/// The bytes of the picture after `ticks` ticks of `scene`, without one effect and without words.
+fn last_picture(
+    camera: &mut Camera,
+    scene: &Scene,
+    ticks: u64,
+    without: Option<Effect>,
+) -> Result<Vec<u8>, Failure> {
+    let options = Options { interpolate: false, threads: cores(), ..Options::default() };
+    let mut session = Session::new(scene.clone(), options);
+    if let Some(effect) = without {
+        // Cannot fail: `effect` is one that the scene declares.
+        let _ = session.stage.switch_effect(effect, false, SwitchedBy::Flag);
     }
-
-    /// The bytes of the picture after `ticks` ticks of `scene`, without one effect.
-    fn last(
-        &mut self,
-        scene: &Scene,
-        ticks: u64,
-        without: Option<Effect>,
-    ) -> Result<Vec<u8>, Failure> {
-        let options = Options { interpolate: false, threads: cores(), ..Options::default() };
-        let mut session = Session::new(scene.clone(), options);
-        if let Some(effect) = without {
-            // Cannot fail: `effect` is one that the scene declares.
-            let _ = session.stage.switch_effect(effect, false, SwitchedBy::Flag);
-        }
-        session.stage.playback_mut().limit_ticks(ticks);
-        let (mut clock, mut frame) = (FrameClock::default(), 0_u64);
-        while session.stage.sim().ticks() < ticks {
-            frame += 1;
-            #[expect(clippy::cast_precision_loss, reason = "a count of frames")]
-            let time =
-                clock.advance_to(frame as f64 / scene.step_hz).expect("frames follow one another");
-            session.advance(&InputFrame::NOTHING, time);
-        }
-        let mut frame = session.picture();
-        // The words of the HUD say which effect is off, so they would always differ.
-        frame.panels = None;
-        self.renderer.draw(&self.gpu, &frame, self.target.view());
-        Ok(self.target.read(&self.gpu)?.rgba)
+    session.stage.playback_mut().limit_ticks(ticks);
+    let (mut clock, mut frame) = (FrameClock::default(), 0_u64);
+    while session.stage.sim().ticks() < ticks {
+        frame += 1;
+        #[expect(clippy::cast_precision_loss, reason = "a count of frames")]
+        let time =
+            clock.advance_to(frame as f64 / scene.step_hz).expect("frames follow one another");
+        session.advance(&InputFrame::NOTHING, time);
     }
+    let mut frame = session.picture();
+    // The words of the HUD say which effect is off, so they would always differ.
+    frame.panels = None;
+    camera.draw(&frame)?;
+    Ok(camera.read()?.rgba)
 }
