@@ -1,6 +1,7 @@
 //! The physics in a schedule of one's own: the example of an outside crate, tick by tick beside a [`Stepper`].
 
 mod disabled;
+mod installing;
 mod mistakes;
 
 #[path = "../crates/motion/examples/embed.rs"]

@@ -40,7 +40,7 @@ impl Kept {
     }
 
     pub fn tick(&mut self) -> &mut Self {
-        self.ledger.tick(&mut self.simulation.stepper, &mut self.simulation.world);
+        self.simulation.tick_with(&mut self.ledger);
         self
     }
 

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use bevy_ecs::prelude::*;
 use motion::clock::StepClock;
+use motion::ledger::Ledger;
 use motion::units::Vector;
 use motion::{
     Cause, Evaluations, Method, PhysicsBody, PushQueue, Quarantine, Quarantined, Request, Requests,
@@ -102,6 +103,13 @@ impl Simulation {
     /// Simulates one tick.
     pub fn tick(&mut self) {
         self.stepper.tick(&mut self.world);
+        self.world.clear_trackers();
+    }
+
+    /// Simulates one tick, with the same bits, and adds it to `ledger`.
+    pub fn tick_with(&mut self, ledger: &mut Ledger) {
+        ledger.tick(&mut self.stepper, &mut self.world);
+        self.world.clear_trackers();
     }
 
     /// Simulates a number of ticks.

@@ -79,7 +79,7 @@ fn main() {
     schedule.add_systems(watch.after(StepSystems::Integrate).before(StepSystems::ClearForces));
     for _ in 0..60 {
         schedule.run(&mut world);
-        // As `bevy_app` does it after every update.
+        // As `bevy_app` does after every update.
         world.clear_trackers();
     }
 }

@@ -135,6 +135,8 @@ pub mod margin {
 /// The ledger of energy, momentum and angular momentum: the amount that each cause added, and the residual, which is the error
 /// of the method.
 pub mod ledger {
+    #[cfg(feature = "bevy")]
+    pub use crate::observe::ledger::LedgerPlugin;
     pub use crate::observe::ledger::{Energies, Ledger, LedgerLines, LedgerTotals};
 }
 

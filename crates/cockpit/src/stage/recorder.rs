@@ -189,7 +189,7 @@ impl Recorder {
                 }
                 recorded.found = recorded.watch.tick(sim, ledger);
             }
-            (None, Some(ledger)) => ledger.tick(&mut sim.stepper, &mut sim.world),
+            (None, Some(ledger)) => sim.tick_with(ledger),
             (None, None) => sim.tick(),
         }
     }

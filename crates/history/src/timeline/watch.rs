@@ -159,17 +159,19 @@ impl Watch {
             self.note_change(simulation.ticks());
         }
         let births = !simulation.scene.emitters.is_empty();
-        let Simulation { world, stepper, .. } = simulation;
         let own = self.energy.look.is_some().then_some(&mut self.ledger);
-        let ledger = ledger.or_else(|| Some(own?.get_or_insert_with(|| Ledger::open(world))));
-        let booked = ledger.map(|ledger| {
-            ledger.tick(stepper, world);
-            Booked::of(ledger, births)
-        });
-        if booked.is_none() {
-            stepper.tick(world);
-        }
-        self.look_at(simulation, booked.unwrap_or_default())
+        let opened = || Ledger::open(&simulation.world);
+        let booked = match ledger.or_else(|| Some(own?.get_or_insert_with(opened))) {
+            Some(ledger) => {
+                simulation.tick_with(ledger);
+                Booked::of(ledger, births)
+            }
+            None => {
+                simulation.tick();
+                Booked::default()
+            }
+        };
+        self.look_at(simulation, booked)
     }
 
     fn look_at(&mut self, simulation: &Simulation, booked: Booked) -> Option<Fault> {

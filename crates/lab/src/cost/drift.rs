@@ -84,7 +84,7 @@ impl DriftRun {
 
     /// Simulates one tick. Returns whether it was the last.
     pub fn tick(&mut self) -> bool {
-        self.ledger.tick(&mut self.run.stepper, &mut self.run.world);
+        self.run.tick_with(&mut self.ledger);
         let tick = self.run.ticks();
         self.peak_kinetic = self.peak_kinetic.max(self.ledger.energies().kinetic);
         let residual = invented(&self.ledger, &self.run);

@@ -59,7 +59,7 @@ impl RowRun {
         }
         due.iter().for_each(|change| simulation.give(change));
         match ledger {
-            Some(ledger) => ledger.tick(&mut simulation.stepper, &mut simulation.world),
+            Some(ledger) => simulation.tick_with(ledger),
             None => simulation.tick(),
         }
         self.length = length;

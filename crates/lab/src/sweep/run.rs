@@ -148,7 +148,7 @@ impl Energy {
     }
 
     fn tick(&mut self, simulation: &mut Simulation) {
-        self.ledger.tick(&mut simulation.stepper, &mut simulation.world);
+        simulation.tick_with(&mut self.ledger);
         self.largest = larger(self.largest, invented(&self.ledger, simulation).abs());
     }
 

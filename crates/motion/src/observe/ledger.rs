@@ -6,6 +6,7 @@
 
 mod bodies;
 mod groups;
+mod installed;
 mod lines;
 mod path;
 mod tick;
@@ -15,10 +16,12 @@ use std::collections::VecDeque;
 use bevy_ecs::entity::EntityHashMap;
 use bevy_ecs::prelude::*;
 
+#[cfg(feature = "bevy")]
+pub use installed::LedgerPlugin;
 pub use lines::{Energies, LedgerLines, LedgerTotals};
 
 use crate::groups::{coming_couplings, couplings};
-use crate::kernels::record::{TickRecord, TickRecords};
+use crate::kernels::record::TickRecords;
 use crate::methods::table::Method;
 use crate::schedule::emission::emit_particles;
 use crate::schedule::stepper::Stepper;
@@ -57,7 +60,7 @@ const SAMPLES_PER_SECOND: Scalar = 128.0;
 ///
 /// The velocities of position Verlet are half a step late, and so is its kinetic energy. Sums are in stable-id order. A
 /// tick takes time in proportion to the number of bodies and springs, and of pairs under mutual gravity.
-#[derive(Clone, Debug)]
+#[derive(Resource, Clone, Debug)]
 pub struct Ledger {
     opened_at: Scalar,
     now: Scalar,
@@ -99,6 +102,27 @@ impl Conserved {
     }
 }
 
+/// A tick that has begun.
+#[derive(Resource)]
+struct OpenTick {
+    /// The clock before it.
+    clock: StepClock,
+    opening: Opening,
+}
+
+impl OpenTick {
+    /// Begins a tick, which the stepper then simulates.
+    fn begin(stepper: &mut Stepper, world: &mut World) -> Self {
+        stepper.make_ready(world);
+        if world.contains_resource::<Emissions>() {
+            // Births and deaths of the tick come before its start here. The tick itself then emits nothing.
+            world.run_system_cached(emit_particles).expect("its parameters are always valid");
+        }
+        world.resource_mut::<TickRecords>().0 = Some(EntityHashMap::default());
+        Self { clock: *world.resource::<StepClock>(), opening: Opening::of(world) }
+    }
+}
+
 impl Ledger {
     /// Opens a ledger of `world`, which compares later energy, momentum and angular momentum with the present ones.
     ///
@@ -125,32 +149,22 @@ impl Ledger {
         }
     }
 
-    /// Simulates one tick, bit for bit as [`Stepper::tick`] does, and adds it to the ledger.
+    /// Simulates one tick, bit for bit as [`Stepper::tick`] does, and adds it to the ledger. A stepper that is installed in a
+    /// schedule has a ledger by [`Ledger::install`].
     ///
     /// # Panics
     /// As [`Stepper::tick`].
     pub fn tick(&mut self, stepper: &mut Stepper, world: &mut World) {
-        stepper.make_ready(world);
-        if world.contains_resource::<Emissions>() {
-            // Births and deaths of the tick come before its start here. The tick itself then emits nothing.
-            world.run_system_cached(emit_particles).expect("its parameters are always valid");
-        }
-        let opening = Opening::of(world);
-        let clock = *world.resource::<StepClock>();
-        world.resource_mut::<TickRecords>().0 = Some(EntityHashMap::default());
+        let open = OpenTick::begin(stepper, world);
         stepper.tick(world);
-        let records = world.resource_mut::<TickRecords>().0.take().unwrap_or_default();
-        self.close_tick(world, stepper.method(), clock, &opening, &records);
+        self.close_tick(world, stepper.method(), &open);
     }
 
-    fn close_tick(
-        &mut self,
-        world: &World,
-        method: Method,
-        clock: StepClock,
-        opening: &Opening,
-        records: &EntityHashMap<TickRecord>,
-    ) {
+    /// Adds the tick that has just ended.
+    fn close_tick(&mut self, world: &mut World, method: Method, open: &OpenTick) {
+        let records = world.resource_mut::<TickRecords>().0.take().unwrap_or_default();
+        let (world, OpenTick { clock, opening }) = (&*world, open);
+        let clock = *clock;
         // The springs of a body that was quarantined in this tick are gone, and did not act in it either.
         let coming = coming_couplings(world);
         let TimeStep(tick) = *world.resource::<TimeStep>();

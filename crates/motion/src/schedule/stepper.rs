@@ -64,9 +64,30 @@ pub struct Stepper {
 struct Installed {
     /// `None` while it is in use.
     stepper: Option<Stepper>,
+    /// The systems that run it.
+    systems: StepperSystems,
     /// Whether [`StepSystems::Integrate`] has run, and the clock has not counted the tick.
     integrated: bool,
 }
+
+/// The systems that a stepper was installed with into one schedule, by the number of that schedule.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+struct StepperSystems(u32);
+
+impl StepperSystems {
+    /// Whether the stepper is installed in the schedule of these systems.
+    fn run(self) -> impl Fn(Option<Res<Installed>>) -> bool + Clone {
+        move |installed| installed.is_some_and(|installed| installed.systems == self)
+    }
+}
+
+/// The number of schedules that steppers were installed into.
+#[derive(Resource, Default)]
+struct Schedules(u32);
+
+/// The method of the table or of your own that the bodies without their own were last integrated with, whose state they have.
+#[derive(Resource, Clone, Copy, PartialEq)]
+struct LastMethod(Method, Option<OutsideMethod>);
 
 /// The installed stepper while it is in use; dropping it puts the stepper back, also where a law panics.
 struct Lent<'w> {
@@ -99,9 +120,7 @@ impl Stepper {
     /// which is a bug of this crate.
     #[must_use]
     pub fn new(world: &mut World, method: Method, step: TimeStep) -> Self {
-        insert_step_resources(world, step);
-        world.init_resource::<Requests>();
-        Self::compile(world, method, None, false)
+        Self::prepare(world, method, None, step)
     }
 
     /// [`Stepper::new`] with a method of your own for every body that has none of its own.
@@ -152,9 +171,19 @@ impl Stepper {
     /// As [`Stepper::new`].
     #[must_use]
     pub fn of<M: Integrator>(world: &mut World, step: TimeStep) -> Self {
+        Self::prepare(world, M::METHOD, Some(OutsideMethod::of::<M>()), step)
+    }
+
+    fn prepare(
+        world: &mut World,
+        method: Method,
+        outside: Option<OutsideMethod>,
+        step: TimeStep,
+    ) -> Self {
         insert_step_resources(world, step);
         world.init_resource::<Requests>();
-        Self::compile(world, M::METHOD, Some(OutsideMethod::of::<M>()), false)
+        take_over(world, LastMethod(method, outside));
+        Self::compile(world, method, outside, false)
     }
 
     fn compile(
@@ -180,8 +209,7 @@ impl Stepper {
     /// Puts the physics into your own schedule. Each run of it is one tick: the systems of [`StepSystems`], in that
     /// order, and everything else that [`Stepper::tick`] does, with the same bits.
     ///
-    /// Outside of an `App`, call [`World::clear_trackers`] after each run if there are emitters: the world remembers
-    /// removed components until then.
+    /// Outside of an `App`, call [`World::clear_trackers`] after each run, as after each [`Stepper::tick`].
     ///
     /// ```
     /// # use bevy_ecs::prelude::*;
@@ -216,7 +244,16 @@ impl Stepper {
             "a stepper is installed in this world already; change it with `Stepper::installed`"
         );
         let stepper = Self::compile(world, self.plan.method, self.plan.outside, true);
-        world.insert_resource(Installed { stepper: Some(stepper), integrated: false });
+        let Schedules(count) = *world.get_resource_or_init::<Schedules>();
+        let is_there = |systems: &StepperSystems| schedule.graph().system_sets.contains(*systems);
+        let known = (0..count).map(StepperSystems).find(is_there);
+        let systems = known.unwrap_or(StepperSystems(count));
+        world.insert_resource(Installed { stepper: Some(stepper), systems, integrated: false });
+        if known.is_some() {
+            return;
+        }
+        world.insert_resource(Schedules(count + 1));
+        schedule.configure_sets(systems.run_if(systems.run()));
         let sets = (
             StepSystems::ApplyForces,
             StepSystems::Integrate,
@@ -224,16 +261,17 @@ impl Stepper {
             StepSystems::Quarantine,
         );
         schedule.configure_sets(sets.chain().in_set(StepSystems::Tick));
-        schedule.add_systems((
+        let all = (
             apply_forces.in_set(StepSystems::ApplyForces),
             integrate_bodies.in_set(StepSystems::Integrate),
             clear_forces.in_set(StepSystems::ClearForces),
             (quarantine_bodies, finish_tick).chain().in_set(StepSystems::Quarantine),
-        ));
+        );
+        schedule.add_systems(all.in_set(systems));
     }
 
-    /// Takes the stepper that was [installed](Stepper::install) out of `world`, to tick by itself or to be installed into
-    /// another schedule. The systems in the old schedule stay there: drop it.
+    /// Takes the stepper that was [installed](Stepper::install) out of `world`, to tick by itself or to be installed again, into
+    /// the same or another schedule. The systems in the old schedule do nothing from then on.
     ///
     /// # Panics
     /// If none is installed, or if it is called within [`Stepper::installed`].
@@ -242,6 +280,12 @@ impl Stepper {
         let stepper = Lent::take(world).stepper.take().expect(NOT_INSTALLED);
         world.remove_resource::<Installed>();
         Self::compile(world, stepper.plan.method, stepper.plan.outside, false)
+    }
+
+    /// Whether a stepper is [installed](Stepper::install) in a schedule of `world`.
+    #[must_use]
+    pub fn is_installed(world: &World) -> bool {
+        world.contains_resource::<Installed>()
     }
 
     /// Calls `use_it` with the stepper that was [installed](Stepper::install), for example to change the method.
@@ -255,6 +299,9 @@ impl Stepper {
 
     /// Simulates one tick.
     ///
+    /// Births of particles and changes of methods remove components, which the world remembers for its
+    /// [`RemovedComponents`] until you call [`World::clear_trackers`], once per tick or per frame.
+    ///
     /// # Panics
     /// As [`Stepper::new`], and if `world` has an [installed](Stepper::install) stepper: then run its schedule. If the stepper
     /// was made for another world. If a number of a law, a spring, an emitter, the [`TimeStep`] or [`Substeps`] is out of
@@ -265,10 +312,7 @@ impl Stepper {
             "a stepper is installed in this world; run the schedule that it is installed in"
         );
         self.integrate(world);
-        if self.finish(world) {
-            // The world remembers removed components for its user, and every birth removes one.
-            world.clear_trackers();
-        }
+        self.finish(world);
     }
 
     /// The part of a tick up to the end of [`StepSystems::Integrate`].
@@ -281,6 +325,9 @@ impl Stepper {
 
     /// Brings the schedule up to date: carries out requests, and compiles again where the world asks for it. Idempotent.
     pub(crate) fn make_ready(&mut self, world: &mut World) {
+        if take_over(world, LastMethod(self.plan.method, self.plan.outside)) {
+            self.recompile(world);
+        }
         self.carry_out_requests(world);
         check(world);
         if self.interrupted {
@@ -306,15 +353,15 @@ impl Stepper {
         }
     }
 
-    /// The end of a tick; returns whether particles are emitted.
-    fn finish(&mut self, world: &mut World) -> bool {
-        let emits = self.plan.emits;
-        if emits && let Some(mut emissions) = world.get_resource_mut::<Emissions>() {
+    /// The end of a tick.
+    fn finish(&mut self, world: &mut World) {
+        if self.plan.emits
+            && let Some(mut emissions) = world.get_resource_mut::<Emissions>()
+        {
             emissions.births.clear();
         }
         let TimeStep(step) = *world.resource::<TimeStep>();
         world.resource_mut::<StepClock>().count(step);
-        emits
     }
 
     /// Changes the method of every body that has none of its own, between two ticks. Velocities are brought to the time
@@ -326,8 +373,7 @@ impl Stepper {
         if method == self.plan.method && self.plan.outside.is_none() {
             return;
         }
-        let bodies = BodyFilter::of_method(world, None);
-        leave_methods(world, bodies);
+        take_over(world, LastMethod(method, None));
         *self = Self::compile(world, method, None, self.installed);
     }
 
@@ -354,6 +400,7 @@ impl Stepper {
         } else {
             *self = Self::compile(world, method, None, self.installed);
         }
+        world.insert_resource(LastMethod(method, self.plan.outside));
     }
 
     /// The method of every body that has none of its own; for a method of your own, its [`Integrator::METHOD`].
@@ -379,15 +426,30 @@ impl Stepper {
     }
 }
 
+/// Brings velocities to the time of the positions if the bodies were integrated with another method than `coming`, such as that of
+/// another stepper. Returns whether they were.
+fn take_over(world: &mut World, coming: LastMethod) -> bool {
+    let last = world.get_resource::<LastMethod>().copied();
+    if last == Some(coming) {
+        return false;
+    }
+    world.insert_resource(coming);
+    if last.is_some() {
+        let bodies = BodyFilter::of_method(world, None);
+        leave_methods(world, bodies);
+    }
+    last.is_some()
+}
+
 /// [`StepSystems::Integrate`] of a user's schedule.
-fn integrate_bodies(world: &mut World) {
+pub(crate) fn integrate_bodies(world: &mut World) {
     Stepper::installed(world, Stepper::integrate);
     world.resource_mut::<PushedBodies>().close();
     world.resource_mut::<Installed>().integrated = true;
 }
 
 /// The end of [`StepSystems::Quarantine`] of a user's schedule.
-fn finish_tick(world: &mut World) {
+pub(crate) fn finish_tick(world: &mut World) {
     if std::mem::take(&mut world.resource_mut::<Installed>().integrated) {
         Stepper::installed(world, Stepper::finish);
     }

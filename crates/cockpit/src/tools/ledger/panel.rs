@@ -282,7 +282,7 @@ mod tests {
             let mut stage = Stage::new(scene, Options::default());
             let sim = stage.sim_mut();
             let mut ledger = Ledger::open(&sim.world);
-            (0..99).for_each(|_| ledger.tick(&mut sim.stepper, &mut sim.world));
+            (0..99).for_each(|_| sim.tick_with(&mut ledger));
             sentence(&stage, &ledger)
         };
         assert!(
