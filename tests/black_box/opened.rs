@@ -252,7 +252,9 @@ fn going_back_brings_back_the_substeps_of_then() {
     hashes.extend(go(&mut drive, 20..40));
     for tick in [10, 20, 30, 40] {
         drive.session.seek(tick);
-        let now = drive.session.stage.sim().world.resource::<Substeps>().0;
+        let sim = drive.session.stage.sim();
+        let now = sim.world.resource::<Substeps>().0;
+        assert_eq!(sim.scene.substeps, now, "ghosts and a reset begin with them");
         assert_eq!((now == 7, drive.hash()), (tick > 20, hashes[tick as usize - 1]), "tick {tick}");
     }
     // And from there on.

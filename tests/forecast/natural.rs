@@ -194,6 +194,30 @@ fn modes_of_several_groups_are_sorted_and_none_is_told_of_twice() {
 }
 
 #[test]
+fn the_few_modes_of_a_large_group_are_listed_once() {
+    // Of 60 springs in a row only three pull, each on two bodies of 1 kg.
+    let mut spring = 0;
+    let text = chain(60, 1.0);
+    let text = text.split(&format!("stiffness_n_m: {STIFFNESS}")).collect::<Vec<_>>();
+    let mut all = text[0].to_owned();
+    for rest in &text[1..] {
+        let stiffness =
+            if [10, 20, 30].contains(&spring) { 100.0 * f64::from(spring) } else { 0.0 };
+        all += &format!("stiffness_n_m: {stiffness:?}{rest}");
+        spring += 1;
+    }
+    let (_, NaturalModes { lowest, highest }) = modes(&all, 2);
+    let found = |modes: &[NaturalMode]| -> Vec<f64> {
+        modes.iter().map(|mode| mode.angular_frequency.powi(2) / 2.0).collect()
+    };
+    let (lowest, highest) = (found(&lowest), found(&highest));
+    assert_eq!((lowest.len(), highest.len()), (2, 1), "{lowest:?} {highest:?}");
+    near(lowest[0], 1000.0);
+    near(lowest[1], 2000.0);
+    near(highest[0], 3000.0);
+}
+
+#[test]
 fn what_nothing_pulls_back_has_no_mode() {
     let (_, free) = modes("(version: 1, gravity: (), bodies: [(name: \"ball\")])", 3);
     assert_eq!(free, NaturalModes::default());

@@ -301,9 +301,18 @@ impl Stage {
         self.restart_recording();
     }
 
+    /// Gives the scene the substeps of the world: a reset and what starts from the scene have them, too.
+    fn keep_substeps(&mut self) {
+        let substeps = self.sim.substeps();
+        if self.sim.scene.substeps != substeps {
+            Arc::make_mut(&mut self.sim.scene).substeps = substeps;
+        }
+    }
+
     /// Replaces the world.
     fn replace(&mut self, sim: Simulation, origin: Origin) {
         self.sim = sim;
+        self.keep_substeps();
         self.held.clear();
         let PerWorld { number, version, .. } = self.here;
         let next = PerWorld::of(&self.sim, origin);

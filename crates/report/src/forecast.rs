@@ -284,9 +284,10 @@ impl ForecastRow {
                 number(least, 2),
                 number(most, 2)
             ),
-            Verdict::Wrong(Settled::Distance([least, _])) => format!(
+            // Of the two bounds the one that is nearer to the truth: it settles at least as far off.
+            Verdict::Wrong(Settled::Distance([least, most])) => format!(
                 "{method} settles at {} of the true distance from {holder}",
-                number(least, 2)
+                number(if most < 1.0 { most } else { least }, 2)
             ),
             Verdict::Wrong(Settled::Swings(by)) if by > 1.0 => {
                 format!("{method} swings {} times too far or too fast", times(by))

@@ -1,7 +1,5 @@
 //! Changes of the running simulation that a person, a script or a panel asks for.
 
-use std::sync::Arc;
-
 use bevy_ecs::prelude::*;
 use history::Change;
 use motion::effects::{Effect, EffectState, NeverDeclared};
@@ -46,8 +44,7 @@ impl Stage {
                     self.give(change);
                 }
             }
-            Change::Substeps(substeps) => {
-                Arc::make_mut(&mut self.sim.scene).substeps = substeps;
+            Change::Substeps(_) => {
                 self.notices.retract(Topic::Forecast);
                 self.give(change);
             }
@@ -74,6 +71,7 @@ impl Stage {
     /// Makes a change that is already recorded.
     pub(crate) fn give_again(&mut self, change: Change) {
         self.sim.give(&change);
+        self.keep_substeps();
         // A push moves no body before the tick.
         self.here.version += u64::from(!matches!(change, Change::Push(..)));
         self.here.untold.push(change);
@@ -85,7 +83,7 @@ impl Stage {
     fn refuses(&mut self, methods: impl IntoIterator<Item = Method>, mutual_gravity: bool) -> bool {
         let why = methods.into_iter().find_map(|method| unsolvable(method, mutual_gravity));
         if let Some(why) = why {
-            self.notices.refuse(Topic::Other, format!("{why}; take another method"));
+            self.notices.refuse(Topic::Method, format!("{why}; take another method"));
         }
         why.is_some()
     }

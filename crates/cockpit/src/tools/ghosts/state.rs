@@ -233,7 +233,10 @@ impl Ghosts {
             };
             row(Some(method), state, twin.filter(|_| failure.is_none()).map(Twin::simulation))
         };
-        let is_mixed = twins.so_far(None) != twins.so_far(Some(solid));
+        // A ghost that failed has no distances from then on.
+        let own = twins.twins.iter().find(|twin| twin.method() == solid);
+        let is_mixed = own.is_none_or(|own| own.failure().is_none())
+            && twins.so_far(None) != twins.so_far(Some(solid));
         let mixed = is_mixed.then(|| row(None, GhostState::Mixed, Some(stage.sim())));
         let failed =
             twins.reference.failure().map(|failure| GhostState::Failed(words_of(stage, failure)));

@@ -164,7 +164,10 @@ fn of_subspaces(group: &LinearGroup<'_>, count: usize) -> [Vec<Numbered>; 2] {
             _ => break slow,
         }
     };
-    fast.retain(|(value, _)| *value > least);
+    // In a group with few modes the fastest are among the slowest.
+    let is_slow =
+        |y: &[Scalar]| slow.iter().map(|(_, other)| dot(y, other).powi(2)).sum::<Scalar>() > 0.5;
+    fast.retain(|(value, y)| *value > least && !is_slow(y));
     let slow: Vec<_> = slow.into_iter().enumerate().collect();
     // Their numbers continue those of the slowest.
     let fast = fast.into_iter().enumerate().map(|(number, pair)| (count + number, pair));
