@@ -10,7 +10,7 @@ use motion::effects::Effect;
 use motion::margin::NaturalModes;
 use motion::{DampingModel, Method, Substeps};
 use report::numbers::number;
-use scene::{Keeps, Scene};
+use scene::{Keeps, Scene, StepKind};
 
 use crate::failure::Failure;
 
@@ -188,4 +188,22 @@ pub(crate) fn damping(text: &str) -> Result<DampingModel, String> {
 
 fn names<const N: usize>(names: [&str; N]) -> String {
     names.join(", ")
+}
+
+/// Refuses a rate of ticks for a scene whose ticks follow the frames.
+pub(crate) fn refuse_rate_of_frames(
+    name: &str,
+    scene: &Scene,
+    hz: Option<f64>,
+    cure: &str,
+) -> Result<(), Failure> {
+    if hz.is_some() && follows_frames(scene) {
+        return Err(Failure::Usage(format!("{name} has one tick per frame; {cure}")));
+    }
+    Ok(())
+}
+
+/// Whether ticks follow the frames.
+pub(crate) const fn follows_frames(scene: &Scene) -> bool {
+    matches!(scene.step, StepKind::Frame)
 }

@@ -10,9 +10,8 @@ use report::{ForecastRow, tried_in_words};
 use scene::StepKind;
 use serde_json::{Value, json};
 
-use crate::args::{SceneName, StepArgs, cores, modes_count, positive, rate};
+use crate::args::{SceneName, StepArgs, cores, modes_count, positive, rate, refuse_rate_of_frames};
 use crate::commands::list::Format;
-use crate::commands::run::refuse_rate_of_frames;
 use crate::failure::Failure;
 use crate::output::command_files::CommandFiles;
 use crate::output::progress::{Progress, Waiting};

@@ -34,7 +34,6 @@ mod setup;
 use outputs::{OutputPaths, Outputs};
 use report::ForecastRow;
 use report::numbers::long_duration;
-pub(super) use setup::refuse_rate_of_frames;
 use setup::{FrameEnds, Setup};
 
 pub(super) const EXAMPLES: &str = "\

@@ -176,9 +176,9 @@ impl<'r> Runs<'r> {
         }
     }
 
-    /// The next run with the values of its row.
+    /// The next run with the values of its row, and its line of the table.
     #[expect(clippy::wildcard_enum_match_arm, reason = "errors of `csv`")]
-    pub fn next(&mut self) -> Result<Option<(u64, Vec<Value>)>, Failure> {
+    pub fn next(&mut self) -> Result<Option<(u64, Vec<Value>, String)>, Failure> {
         match self.reader.read_record(&mut self.row) {
             Ok(true) => {}
             Ok(false) => return Ok(None),
@@ -194,21 +194,19 @@ impl<'r> Runs<'r> {
         let planned = self.columns[1..].iter().zip(planned).map(read);
         let planned: Option<Vec<Value>> =
             std::iter::once(Some(Value::Count(run))).chain(planned).collect();
-        match (values, planned) {
+        if let (Some(values), Some(planned)) = (values, planned)
+            && values.len() == self.columns.len()
+        {
             // As they are written: a text that a spreadsheet would compute has an apostrophe.
-            (Some(values), Some(planned))
-                if values.len() == self.columns.len()
-                    && report::sweep::row(&values[..planned.len()])
-                        == report::sweep::row(&planned) =>
-            {
+            let [line, start] = [&values, &planned].map(|values| report::sweep::row(values));
+            let rest = line.strip_prefix(start.trim_end_matches('\n'));
+            if rest.is_some_and(|rest| rest.starts_with(',')) {
                 self.place += 1;
-                Ok(Some((run, values)))
+                return Ok(Some((run, values, line)));
             }
-            _ => Err(self.damaged(&format!(
-                "does not have run {run} with its values in line {}",
-                self.place + 2
-            ))),
         }
+        let line = self.place + 2;
+        Err(self.damaged(&format!("does not have run {run} with its values in line {line}")))
     }
 
     fn damaged(&self, what: &str) -> Failure {
@@ -243,12 +241,13 @@ pub(crate) fn write_tables(
         heads.push(source.next()?);
     }
     loop {
-        let first =
-            (0..heads.len()).min_by_key(|at| heads[*at].as_ref().map_or(u64::MAX, |(run, _)| *run));
-        let Some((at, (run, values))) = first.and_then(|at| Some((at, heads[at].take()?))) else {
+        let first = (0..heads.len())
+            .min_by_key(|at| heads[*at].as_ref().map_or(u64::MAX, |(run, ..)| *run));
+        let Some((at, (run, values, line))) = first.and_then(|at| Some((at, heads[at].take()?)))
+        else {
             break;
         };
-        write_line(report::sweep::row(&values))?;
+        write_line(line)?;
         figure.add(run, &values);
         heads[at] = sources[at].next()?;
     }

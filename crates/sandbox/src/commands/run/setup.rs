@@ -6,11 +6,11 @@ use history::Overrides;
 use render::{Film, Quality};
 use report::numbers::{number, rounded};
 use scene::lesson::{beside, is_same_scene};
-use scene::{Action, Keeps, PictureAction, Scene, Script, StepKind, shown};
+use scene::{Action, Keeps, PictureAction, Scene, Script, shown};
 
 use super::film::{GIF_FPS, frame_seconds_range, is_gif};
 use super::{RunArgs, keeps_ledger};
-use crate::args::{MOST_TICKS, check_seconds, cores};
+use crate::args::{MOST_TICKS, check_seconds, cores, follows_frames, refuse_rate_of_frames};
 use crate::commands::lessons::pupil::Demonstration;
 use crate::failure::Failure;
 use crate::output::command_files::CommandFiles;
@@ -304,22 +304,4 @@ fn tick_limit(args: &RunArgs, scene: &Scene, ends: &FrameEnds) -> Result<Option<
         return Err(Failure::Usage(format!("{what}; give a lower --fps, or fewer ticks")));
     }
     Ok(Some(ticks))
-}
-
-/// Refuses a rate of ticks for a scene whose ticks follow the frames.
-pub(crate) fn refuse_rate_of_frames(
-    name: &str,
-    scene: &Scene,
-    hz: Option<f64>,
-    cure: &str,
-) -> Result<(), Failure> {
-    if hz.is_some() && follows_frames(scene) {
-        return Err(Failure::Usage(format!("{name} has one tick per frame; {cure}")));
-    }
-    Ok(())
-}
-
-/// Whether ticks follow the frames.
-const fn follows_frames(scene: &Scene) -> bool {
-    matches!(scene.step, StepKind::Frame)
 }
