@@ -451,7 +451,7 @@ impl Counts {
         }
         let of_trials = trials.iter().filter(|tried| tried.verdict.is_fault());
         let mut cures: Vec<_> =
-            of_trials.map(|tried| tried.cure).chain(margins.iter().map(|row| row.cures)).collect();
+            of_trials.map(|tried| tried.cure).chain(margins.iter().map(|row| row.cure)).collect();
         cures.dedup();
         // With several faults a cure is of one of them.
         let is_alone = trials.len().max(margins.len()) == 1;

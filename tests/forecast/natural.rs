@@ -196,15 +196,12 @@ fn modes_of_several_groups_are_sorted_and_none_is_told_of_twice() {
 #[test]
 fn the_few_modes_of_a_large_group_are_listed_once() {
     // Of 60 springs in a row only three pull, each on two bodies of 1 kg.
-    let mut spring = 0;
     let text = chain(60, 1.0);
     let text = text.split(&format!("stiffness_n_m: {STIFFNESS}")).collect::<Vec<_>>();
     let mut all = text[0].to_owned();
-    for rest in &text[1..] {
-        let stiffness =
-            if [10, 20, 30].contains(&spring) { 100.0 * f64::from(spring) } else { 0.0 };
-        all += &format!("stiffness_n_m: {stiffness:?}{rest}");
-        spring += 1;
+    for (spring, rest) in text[1..].iter().enumerate() {
+        let stiffness = if [10, 20, 30].contains(&spring) { 100 * spring } else { 0 };
+        all += &format!("stiffness_n_m: {stiffness}{rest}");
     }
     let (_, NaturalModes { lowest, highest }) = modes(&all, 2);
     let found = |modes: &[NaturalMode]| -> Vec<f64> {

@@ -94,10 +94,10 @@ fn the_panel_follows_the_method_and_forgets_when_it_is_closed() {
     assert!(film.session.tools.shown_forecast().is_none());
     film.press("V").frames(1);
     let now = |film: &Film| film.session.tools.shown_forecast().unwrap()[0].clone();
-    assert_eq!(now(&film).cure, "needs 2 substeps, or implicit_euler");
+    assert_eq!(now(&film).cure_words, "needs 2 substeps, or implicit_euler");
     film.press("I").frames(1);
     assert_eq!(now(&film).setting().0, Method::ImplicitEuler);
-    assert!(!now(&film).is_fault() && now(&film).cure.is_empty());
+    assert!(!now(&film).is_fault() && now(&film).cure_words.is_empty());
     film.press("V").frames(1);
     assert!(film.session.tools.shown_forecast().is_none());
 }

@@ -20,9 +20,9 @@ pub struct Absence {
     pub rms_distance: f64,
     /// Whether every position and velocity is the same to the last bit, and every particle on a graphics device.
     pub identical: bool,
-    /// Evaluations that a step saves without it.
+    /// Evaluations that a tick saves without it.
     pub evaluations_saved: f64,
-    /// Thread CPU time that a step saves without it, ns.
+    /// Thread CPU time that a tick saves without it, ns.
     pub ns_saved: f64,
     /// Whether the pictures at the end differ; `None` if they were not drawn.
     pub picture_differs: Option<bool>,

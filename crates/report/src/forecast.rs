@@ -28,11 +28,11 @@ pub struct ForecastRow {
     pub element: String,
     /// How it was found, with all numbers.
     pub instrument: Instrument,
-    /// What would help; empty if no help is needed.
-    pub cure: String,
     /// The changes that would help, if help is needed.
-    pub cures: Cure,
-    /// Whether these were tried.
+    pub cure: Cure,
+    /// The same in words; empty if no help is needed.
+    pub cure_words: String,
+    /// Whether they were tried.
     pub is_cure_tried: bool,
     /// Whether it is the margin of a part of which a trial has found a fault, too.
     pub is_of_trial: bool,
@@ -43,7 +43,7 @@ pub struct ForecastRow {
 }
 
 impl ForecastRow {
-    /// The rows of a forecast of `simulation`: faults first, those of margins before those of the trial.
+    /// The rows of a forecast of `simulation`, in the order of [`ForecastRow::arrange`].
     #[must_use]
     pub fn of(simulation: &Simulation, margins: &Margins, trial: &Trial) -> Vec<Self> {
         let mut rows = Self::of_trial(simulation, trial);
@@ -52,7 +52,7 @@ impl ForecastRow {
         rows
     }
 
-    /// Sorts rows: faults first, those of margins before those of the trial. The cure of a margin becomes that of the trial, if the
+    /// Sorts rows: faults first, those that grow before those that settle wrongly, those of margins before those of the trial. The cure of a margin becomes that of the trial, if the
     /// trial of its part has found a fault, too.
     pub fn arrange(rows: &mut [Self]) {
         let tried = rows.iter().filter_map(Self::tried);
@@ -67,12 +67,12 @@ impl ForecastRow {
             let Some(tried) = tried.iter().find(is_of_row) else { continue };
             row.is_of_trial = true;
             if tried.is_done && (tried.is_searched || tried.cure != Cure::default()) {
-                (row.cures, row.is_cure_tried) = (tried.cure, true);
-                row.cure = tried_cure_in_words(tried);
+                (row.cure, row.is_cure_tried) = (tried.cure, true);
+                row.cure_words = tried_cure_in_words(tried);
             }
         }
         let is_trial = |row: &Self| row.is_fault() && row.tried().is_some();
-        rows.sort_by_key(|row| (!row.is_fault(), row.is_wrong(), is_trial(row)));
+        rows.sort_by_key(|row| (!row.is_fault(), row.settles_wrongly(), is_trial(row)));
     }
 
     /// The rows of margins.
@@ -105,22 +105,22 @@ impl ForecastRow {
             LimitingPart::Well(number, body) => format!("well {number} at {}", name(body)),
             LimitingPart::Law(law, body) => format!("{} at {}", law.replace('_', " "), name(body)),
         };
-        let is_fault = margin.is_unstable() || margin.may_be_unstable();
-        let cure = if is_fault { cure_in_words(margin.cure) } else { String::new() };
+        let needs_cure = margin.is_unstable() || margin.may_be_unstable();
+        let cure = if needs_cure { cure_in_words(margin.cure) } else { String::new() };
         Self::new(element, Instrument::Margin(margin), cure)
     }
 
     fn of_tried(tried: Tried, name: impl Fn(u32) -> String) -> Self {
-        let is_cured = tried.verdict.is_fault() && tried.is_done;
-        let cure = if is_cured { tried_cure_in_words(&tried) } else { String::new() };
+        let tells_cure = tried.verdict.is_fault() && tried.is_done;
+        let cure = if tells_cure { tried_cure_in_words(&tried) } else { String::new() };
         let element = tried.body.map_or_else(|| tried.part.clone(), &name);
         let holder = tried.holder.map(name);
         Self { holder, ..Self::new(element, Instrument::Trial(tried), cure) }
     }
 
     /// The row of what one instrument found, before [`Self::arrange`] has seen the others.
-    const fn new(element: String, instrument: Instrument, cure: String) -> Self {
-        let (cures, is_cure_tried) = match &instrument {
+    const fn new(element: String, instrument: Instrument, cure_words: String) -> Self {
+        let (cure, is_cure_tried) = match &instrument {
             Instrument::Margin(margin) => (margin.cure, false),
             Instrument::Trial(tried) => (tried.cure, true),
         };
@@ -128,7 +128,7 @@ impl ForecastRow {
             element,
             instrument,
             cure,
-            cures,
+            cure_words,
             is_cure_tried,
             is_of_trial: false,
             holder: None,
@@ -189,7 +189,7 @@ impl ForecastRow {
 
     /// Whether it settles elsewhere than the truth, and nothing grows.
     #[must_use]
-    pub const fn is_wrong(&self) -> bool {
+    pub const fn settles_wrongly(&self) -> bool {
         matches!(&self.instrument, Instrument::Trial(tried) if matches!(tried.verdict, Verdict::Wrong(_)))
     }
 
@@ -232,8 +232,8 @@ impl ForecastRow {
     /// The row in one line.
     #[must_use]
     pub fn line(&self) -> String {
-        let Self { element, cure, .. } = self;
-        let cure = if cure.is_empty() { String::new() } else { format!("; {cure}") };
+        let Self { element, cure_words, .. } = self;
+        let cure = if cure_words.is_empty() { String::new() } else { format!("; {cure_words}") };
         match &self.instrument {
             Instrument::Margin(margin) => {
                 format!(
@@ -315,7 +315,7 @@ impl ForecastRow {
             "substeps": substeps,
             "verdict": self.verdict(),
             "finding": self.finding(),
-            "cure": self.cure,
+            "cure": self.cure_words,
         });
         match &self.instrument {
             Instrument::Margin(margin) => {

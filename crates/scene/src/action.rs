@@ -340,7 +340,7 @@ pub enum When {
 
 impl When {
     /// Whether the time has come for the tick that starts at `start` seconds and lasts `length` seconds, after
-    /// `ticks` others.
+    /// `ticks` others. The caller counts frames: a step of a frame is always due here.
     #[must_use]
     pub fn is_due(self, ticks: u64, start: f64, length: f64) -> bool {
         match self {

@@ -100,7 +100,7 @@ impl Notices {
         self.shown.clear();
     }
 
-    /// Drops the notices whose display time is over at `now`, s.
+    /// Drops the notices whose display time is over at `now`, s. That of a new one begins now.
     pub(crate) fn expire(&mut self, now: f64) {
         self.shown.retain_mut(|notice| now <= *notice.until.get_or_insert(now + NOTICE_S));
     }

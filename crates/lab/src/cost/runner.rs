@@ -36,6 +36,7 @@ impl Runner for Simulation {
     }
 
     fn synchronize(&mut self) {
+        // A change of method brings velocities to the time of the positions.
         if self.method() == Method::PositionVerlet {
             self.set_method(Method::VelocityVerlet);
         }

@@ -53,7 +53,7 @@ pub(super) fn run<M: Integrator>(
                 let (x, body) = (&before.0[row - start], &before.1[row - start]);
                 refused.extend(
                     breach
-                        .filter(|_| is_missed(&parameters.bounds, x, body))
+                        .filter(|_| must_refuse(&parameters.bounds, x, body))
                         .map(|breach| (row, breach)),
                 );
             }
@@ -466,7 +466,7 @@ fn commit_each(
                 old.copy_from_slice(&[a, b, c]);
                 bodies[k] = new_v[k];
             }
-            Some(breach) if is_missed(bounds, old, &bodies[k]) => refuse(start + k, breach),
+            Some(breach) if must_refuse(bounds, old, &bodies[k]) => refuse(start + k, breach),
             Some(_) => {}
         }
     }
@@ -474,7 +474,7 @@ fn commit_each(
 
 /// Whether a row at `x` that was not stored is refused. A body that is immovable and at rest just stays as it is; so
 /// do the rows that fill up the last block.
-pub(super) fn is_missed(bounds: &Bounds, x: &[f64], row: &Row) -> bool {
+pub(super) fn must_refuse(bounds: &Bounds, x: &[f64], row: &Row) -> bool {
     *row != [0.0; 4] || x.iter().any(|part| !part.is_finite() || part.abs() > bounds.position)
 }
 

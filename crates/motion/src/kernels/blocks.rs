@@ -4,7 +4,7 @@
 
 use std::ops::Range;
 
-use super::affine::is_missed;
+use super::affine::must_refuse;
 use super::block::{Block, BlockSpace, Slot, Slots};
 use super::block_field::BlockField;
 use super::drive::drive;
@@ -102,6 +102,7 @@ fn integrate<M: Integrator, X: BlockSpace<N>, const N: usize>(
     let parameters = field.parameters;
     let (x, v) = drive::<M, _>(field, parameters, segments, x, v, &mut step_state);
     field.count_block();
+    // A method leaves there that it has the acceleration at the end, which is the start of the next tick.
     if M::STATE != MethodStateKind::None {
         let called = step_state.start.is_some().then_some(&field.called);
         note(field, &mut method_state, step_state.last_step, called, x);
@@ -160,7 +161,7 @@ fn store<const N: usize>(
         let ([a, b, c], [d, e, f]) = (x.body(k), v.body(k));
         let new = [d, e, f, body[3]];
         if let Some(breach) = bounds.breach(&[a, b, c], &new) {
-            if is_missed(bounds, &batch.positions[row], body) {
+            if must_refuse(bounds, &batch.positions[row], body) {
                 refuse(row, breach);
             }
             continue;

@@ -14,6 +14,7 @@ pub struct PushedBodies {
     pub(crate) bodies: Vec<Entity>,
     /// Forces that were added after the integration, for the next tick.
     late: Vec<Push>,
+    /// Whether the bodies of this tick are integrated; until the forces are cleared.
     is_closed: bool,
 }
 
@@ -45,7 +46,7 @@ impl PushedBodies {
     }
 }
 
-/// The only way to write a [`Force`]: the tutorial's `AddForce`.
+/// The way for systems to write a [`Force`]: the tutorial's `AddForce`.
 #[derive(SystemParam)]
 pub struct Forces<'w, 's> {
     forces: Query<'w, 's, &'static mut Force>,
@@ -146,6 +147,7 @@ impl PushQueue {
         self.edges.iter().chain(&self.sustained).copied()
     }
 
+    /// The pushes of the tick that begins: takes those of one tick, and leaves the sustained ones.
     pub(crate) fn take(&mut self) -> impl Iterator<Item = Push> + '_ {
         self.edges.drain(..).chain(self.sustained.iter().copied())
     }

@@ -85,9 +85,10 @@ impl TablePart<'_> {
         let rows = batch.bodies.len();
         let mut done = Done::default();
         done.statistics.record = records.recorder(rows);
-        let row = |row: usize| births.partition_point(|birth| birth.place.1 < self.start + row);
+        let births_before =
+            |row: usize| births.partition_point(|birth| birth.place.1 < self.start + row);
         let mut next = 0;
-        for Birth { place, time } in &births[row(0)..row(rows)] {
+        for Birth { place, time } in &births[births_before(0)..births_before(rows)] {
             let born = place.1 - self.start;
             self.integrate_rows(next..born, parameters, &mut batch, &mut done);
             self.integrate_rows(born..born + 1, &parameters.since(*time), &mut batch, &mut done);

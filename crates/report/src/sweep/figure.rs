@@ -40,7 +40,7 @@ pub struct Figure {
     column: usize,
     name: String,
     kind: Kind,
-    /// Index of the axis that goes to the right: the longest.
+    /// Index of the axis that goes to the right: the longest of numbers or, without numbers, of all.
     across: usize,
     wide: usize,
     high: usize,
@@ -54,8 +54,8 @@ impl Figure {
         let (name, kind) =
             plan.measures.first().map_or(("", Kind::Text), |measure| measure.columns()[0]);
         let column = columns.iter().position(|column| column.name == name).unwrap_or(columns.len());
-        let length = |at: &usize| (plan.axes[*at].numbers().is_some(), plan.axes[*at].values.len());
-        let across = (0..plan.axes.len()).max_by_key(length).unwrap_or_default();
+        let rank = |at: &usize| (plan.axes[*at].numbers().is_some(), plan.axes[*at].values.len());
+        let across = (0..plan.axes.len()).max_by_key(rank).unwrap_or_default();
         let wide = plan.axes.get(across).map_or(1, |axis| axis.values.len());
         let rows = plan.runs().unwrap_or(u64::MAX) / wide.max(1) as u64;
         let (wide, high) = (wide.min(MOST_COLUMNS), rows.min(MOST_ROWS as u64) as usize);

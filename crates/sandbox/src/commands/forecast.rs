@@ -113,7 +113,7 @@ fn table(simulation: &Simulation, rows: &[ForecastRow], found: Option<&NaturalMo
             row.instrument().to_owned(),
             row.verdict().to_owned(),
             finding,
-            if row.cure.is_empty() { NONE.to_owned() } else { row.cure.clone() },
+            if row.cure_words.is_empty() { NONE.to_owned() } else { row.cure_words.clone() },
         ]
     };
     if !rows.is_empty() {

@@ -288,7 +288,7 @@ fn forecast_start(
     let line = |row: &ForecastRow| format!("{scene} is {}: {}", row.verdict(), row.line());
     let mut lines: Vec<_> = rows.iter().take(MOST_WARNINGS).map(line).collect();
     // The worst is first: what is wrong without growing comes last.
-    if args.refuse_unstable && rows.first().is_some_and(|row| !row.is_wrong()) {
+    if args.refuse_unstable && rows.first().is_some_and(|row| !row.settles_wrongly()) {
         return Err(Failure::Expectation(lines.swap_remove(0)));
     }
     let more = rows.len() - lines.len();

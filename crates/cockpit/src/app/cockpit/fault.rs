@@ -99,7 +99,7 @@ fn cures(stage: &mut Stage) -> Vec<Cure> {
             } else {
                 "By its margin it is stable. Play continues with it."
             };
-            (row.cures.substeps, row.cures.method, why)
+            (row.cure.substeps, row.cure.method, why)
         }
         // A body with its own method: no setting of the scene helps it.
         Some(_) => return Vec::new(),

@@ -67,9 +67,9 @@ fn part(ui: &mut Ui, row: &ForecastRow) {
             ui.weak(format!("trial: {}", tried_in_words(tried)));
         }
     }
-    if !row.cure.is_empty() {
+    if !row.cure_words.is_empty() {
         let color = inks::words(ui.visuals(), CURE);
-        ui.label(RichText::new(&row.cure).color(color).strong());
+        ui.label(RichText::new(&row.cure_words).color(color).strong());
     }
 }
 

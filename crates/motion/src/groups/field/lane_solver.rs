@@ -135,7 +135,7 @@ impl LaneSolver {
         &mut self,
         simd: S,
         field: &GroupField<'_, Axes>,
-        Four { block, lane: at }: Four,
+        Four { block, lane }: Four,
         forces: &[Axes],
         v: &[Axes],
     ) {
@@ -149,12 +149,12 @@ impl LaneSolver {
                 let Class { rate, locks, .. } = *field.class(row);
                 let w = f64x4::from_slice(
                     simd,
-                    &field.rows.w[element * BLOCK_BODIES + at..][..AT_ONCE],
+                    &field.rows.w[element * BLOCK_BODIES + lane..][..AT_ONCE],
                 );
                 of_row.root = w.sqrt().only(w.simd_gt(f64x4::splat(simd, 0.0))).into();
                 (of_row.rate, of_row.rate_in_step) = (rate, rate * h);
                 of_row.open = [0, 1, 2].map(|axis| is_open(locks, axis));
-                of_row.q = three(simd, at, &forces[element]).map(Into::into);
+                of_row.q = three(simd, lane, &forces[element]).map(Into::into);
             }
             self.rows.push(of_row);
         }
@@ -162,9 +162,9 @@ impl LaneSolver {
         for (spring, elastic) in field.coupling.springs.iter().zip(of_block) {
             let ends = spring.ends.map(|end| end as usize);
             let [a, b] = ends.map(|end| end * field.width + block);
-            let elastic = elastic.four(simd, at);
+            let elastic = elastic.four(simd, lane);
             let (d, u) =
-                (differences(simd, at, [&x[a], &x[b]]), differences(simd, at, [&v[a], &v[b]]));
+                (differences(simd, lane, [&x[a], &x[b]]), differences(simd, lane, [&v[a], &v[b]]));
             let [inverse, taut] = axes(simd, d, elastic.rest_length);
             let n = [d[0] * inverse, d[1] * inverse, d[2] * inverse];
             let without_damping = stiffnesses(simd, elastic, taut, h * h, 0.0);
@@ -189,7 +189,7 @@ impl LaneSolver {
         &mut self,
         simd: S,
         field: &GroupField<'_, Axes>,
-        Four { block, lane: at }: Four,
+        Four { block, lane }: Four,
         v: &[Axes],
     ) -> f64x4<S> {
         let splat = |number: f64| f64x4::splat(simd, number);
@@ -199,7 +199,7 @@ impl LaneSolver {
             let root = f64x4::simd_from(simd, row.root);
             let v = &v[number * field.width + block];
             for axis in (0..3).filter(|axis| row.open[*axis]) {
-                let a = zero - splat(row.rate) * four(simd, at, &v[axis]);
+                let a = zero - splat(row.rate) * four(simd, lane, &v[axis]);
                 let force = f64x4::simd_from(simd, row.q[axis]);
                 let r = (h * root * force + (h * a + zero) / root).only(root.simd_gt(zero));
                 squares[axis] += r * r;

@@ -1,6 +1,6 @@
 //! The largest stable step of a linear system, and the changes that would make an unstable one stable.
 
-use super::modes::{Modes, Stepping};
+use super::modes::{Oscillators, Stepping};
 use super::{Cure, LimitingPart, Margin};
 use crate::methods::table::Method;
 use crate::state::substeps::Substeps;
@@ -9,9 +9,9 @@ use crate::units::Scalar;
 /// A linear system of parts that do not act on each other. It is stable if all of them are.
 #[derive(Clone, Debug)]
 pub(super) struct LinearSystem {
-    parts: Vec<Modes>,
+    parts: Vec<Oscillators>,
     /// An oscillator that is nearly as fast as the fastest mode: the search for the limit starts at its limit.
-    guess: Option<Modes>,
+    guess: Option<Oscillators>,
 }
 
 /// Smallest limits: of one oscillator or a method of order 1, and of several oscillators under any other method. Below them
@@ -23,17 +23,17 @@ const LARGEST_LIMIT: Scalar = 1e6;
 
 impl LinearSystem {
     /// A system of one oscillator.
-    pub fn one(modes: Modes) -> Self {
+    pub fn one(modes: Oscillators) -> Self {
         Self { parts: vec![modes], guess: None }
     }
 
     /// A system of oscillators that do not act on each other.
-    pub const fn apart(parts: Vec<Modes>) -> Self {
+    pub const fn apart(parts: Vec<Oscillators>) -> Self {
         Self { parts, guess: None }
     }
 
     /// A system of oscillators that act on each other; `fastest` is the fastest one alone.
-    pub fn joined(modes: Modes, fastest: Modes) -> Self {
+    pub fn joined(modes: Oscillators, fastest: Oscillators) -> Self {
         Self { parts: vec![modes], guess: Some(fastest) }
     }
 
@@ -222,7 +222,7 @@ mod tests {
         };
         let w = value * 60.0;
         let part = LimitingPart::Damping(Entity::PLACEHOLDER);
-        let system = LinearSystem::one(Modes::one(w * w, 0.0, None));
+        let system = LinearSystem::one(Oscillators::one(w * w, 0.0, None));
         system.margin(part, 1, value, at_most, stepping, true)
     }
 

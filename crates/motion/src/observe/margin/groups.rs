@@ -6,7 +6,7 @@ use glam::DVec3;
 use super::cure::LinearSystem;
 use super::lanczos::{Largest, Pair, dot, largest, orthogonalize};
 use super::matrix::Matrix;
-use super::modes::{MOST_COORDINATES, Modes, Stepping};
+use super::modes::{MOST_COORDINATES, Oscillators, Stepping};
 use super::{LimitingPart, Margin, SpringMargin, single_bodies};
 use crate::groups::{Contributor, Coupling, LinearGroup, Solver, Terms, states_of};
 use crate::laws::damping::Damping;
@@ -165,7 +165,7 @@ pub(super) fn attraction_margin(
         .filter(|(most, _)| *most > 0.0)?;
     let part = LimitingPart::MutualGravity(pair.map(|row| bodies[row]));
     let value = stepping.substep() * most.sqrt();
-    let system = LinearSystem::one(Modes::one(most, 0.0, None));
+    let system = LinearSystem::one(Oscillators::one(most, 0.0, None));
     Some(system.margin(part, coupling.movable, value, value, stepping, false))
 }
 
@@ -184,7 +184,7 @@ fn infinite_margin(
         None => LimitingPart::Drag(bodies[group.fastest_drag()]),
     };
     let value = Scalar::INFINITY;
-    LinearSystem::one(Modes::one(value, 0.0, None)).margin(
+    LinearSystem::one(Oscillators::one(value, 0.0, None)).margin(
         part,
         group.movable(),
         value,
@@ -272,7 +272,7 @@ fn limiting_mode(
             let damping_of_scene = of_rate(damping, scene_rate);
             let quotients = Terms { stiffness, damping: quotient(group, Terms::DAMPING, &mode) };
             let parts = [stiffness, 0.0]
-                .map(|stiffness| Modes::one(stiffness, laws_rate, damping_of_scene));
+                .map(|stiffness| Oscillators::one(stiffness, laws_rate, damping_of_scene));
             (LinearSystem::apart(parts.to_vec()), quotients)
         }
         None => general_system(group, damping, pairs, &mode),
@@ -302,7 +302,7 @@ fn general_system(
     let rates = group.rates().iter().zip(fastest.chunks_exact(3));
     let rate = group.rates().first().map(|_| rates.map(|(rate, y)| rate * dot(y, y)).sum());
     // The mode alone, in which the scene's damping has its own formulas: the search for the limit begins near its limit.
-    let guess = Modes::one(stiffness, by_laws, of_rate(damping, rate));
+    let guess = Oscillators::one(stiffness, by_laws, of_rate(damping, rate));
     let basis: Vec<Vec<Scalar>> = if n <= MOST_COORDINATES {
         (0..n).map(|i| (0..n).map(|j| f64::from(u8::from(i == j))).collect()).collect()
     } else {
@@ -327,7 +327,11 @@ fn orthonormal(vectors: impl Iterator<Item = Vec<Scalar>>) -> Vec<Vec<Scalar>> {
 }
 
 /// The linear system of a group in an orthonormal basis.
-fn reduced(group: &LinearGroup<'_>, damping: Option<Damping>, basis: &[Vec<Scalar>]) -> Modes {
+fn reduced(
+    group: &LinearGroup<'_>,
+    damping: Option<Damping>,
+    basis: &[Vec<Scalar>],
+) -> Oscillators {
     let project = |apply: &dyn Fn(&[Scalar], &mut [Scalar])| {
         let mut matrix = Matrix::zero(basis.len());
         let mut product = vec![0.0; group.coordinates()];
@@ -352,7 +356,7 @@ fn reduced(group: &LinearGroup<'_>, damping: Option<Damping>, basis: &[Vec<Scala
     let decays = damping
         .into_iter()
         .flat_map(|damping| rates().map(move |(class, rate)| (damping, class, rate)));
-    Modes {
+    Oscillators {
         stiffness: project(&|y, out| group.apply_laws(Terms::STIFFNESS, y, out)),
         damping: project(&|y, out| group.apply_laws(Terms::DAMPING, y, out)),
         decays: decays

@@ -31,7 +31,7 @@ impl Stepping {
 
 /// A linear system `x'' = -A x - C x'` in at most [`MOST_COORDINATES`] coordinates in which the mass is 1, and the scene's damping.
 #[derive(Clone, Debug)]
-pub(crate) struct Modes {
+pub(crate) struct Oscillators {
     /// A, 1/s²: symmetric and positive semidefinite.
     pub stiffness: Matrix,
     /// C of laws, 1/s.
@@ -41,7 +41,7 @@ pub(crate) struct Modes {
     pub decays: Vec<(Damping, Matrix)>,
 }
 
-impl Modes {
+impl Oscillators {
     /// One oscillator: A = `stiffness`, 1/s², C = `rate`, 1/s.
     pub fn one(stiffness: f64, rate: f64, damping: Option<Damping>) -> Self {
         Self {
@@ -150,7 +150,7 @@ struct LinearField<const N: usize> {
 
 impl<const N: usize> LinearField<N> {
     /// The field of steps of `h` seconds by `M`, in ticks of `tick` seconds.
-    fn of<M: Integrator>(modes: &Modes, tick: f64, h: f64) -> Self {
+    fn of<M: Integrator>(modes: &Oscillators, tick: f64, h: f64) -> Self {
         let mut field = Self {
             h,
             stiffness: modes.stiffness.clone(),

@@ -165,8 +165,8 @@ fn of_subspaces(group: &LinearGroup<'_>, count: usize) -> [Vec<Numbered>; 2] {
         }
     };
     // In a group with few modes the fastest are among the slowest.
-    let is_slow =
-        |y: &[Scalar]| slow.iter().map(|(_, other)| dot(y, other).powi(2)).sum::<Scalar>() > 0.5;
+    let share = |y: &[Scalar], (_, other): &Pair| dot(y, other) * dot(y, other);
+    let is_slow = |y: &[Scalar]| slow.iter().map(|other| share(y, other)).sum::<Scalar>() > 0.5;
     fast.retain(|(value, y)| *value > least && !is_slow(y));
     let slow: Vec<_> = slow.into_iter().enumerate().collect();
     // Their numbers continue those of the slowest.

@@ -6,7 +6,7 @@ use glam::{DMat3, DVec3};
 
 use super::cure::LinearSystem;
 use super::lanczos::largest;
-use super::modes::{Modes, Stepping};
+use super::modes::{Oscillators, Stepping};
 use super::{LimitingPart, Margin, Margins};
 use crate::groups::{Coupled, members};
 use crate::laws::damping::Damping;
@@ -202,7 +202,7 @@ impl StepClass {
                 | LimitingPart::Law(..)
                 | LimitingPart::MutualGravity(_) => h * stiffness.sqrt().max(drag),
             };
-            let system = LinearSystem::one(Modes::one(stiffness, drag, damping));
+            let system = LinearSystem::one(Oscillators::one(stiffness, drag, damping));
             system.margin(part, bodies, value, value, stepping, is_linear)
         })
     }
