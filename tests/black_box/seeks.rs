@@ -131,7 +131,7 @@ fn a_fault_is_gone_back_from_in_frames_too() {
 fn the_second_of_two_long_ways_to_the_same_place_is_short() {
     let mut run = Simulation::new(mixed());
     let (mut thin, outcomes) = recorded(&mut run, TIMELINE_BYTES, 2000);
-    let cap = thin.bytes() / 6;
+    let cap = thin.bytes() / 7;
     let mut run = Simulation::new(mixed());
     let (mut sparse, _) = recorded(&mut run, cap, 2000);
     let last_but = |timeline: &Timeline, ticks: u64| {

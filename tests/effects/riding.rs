@@ -5,7 +5,7 @@ use glam::DVec3;
 use motion::ledger::Ledger;
 use motion::{
     Evaluations, Gravity, Law, Method, OwnLaws, PhysicsBody, Request, RidesOn, RidingWell,
-    RidingWells, StableId, Transform, Well, Wells,
+    StableId, Transform, Well, Wells,
 };
 
 use super::emitters::{fountain, living, now};
@@ -105,11 +105,7 @@ fn moon(method: Method, h: f64, velocity: DVec3, gravity: Option<Gravity>, rides
         h,
     );
     let law: Box<dyn Law> = match rides {
-        true => {
-            let well = RidingWell::new(lab.bodies[0], 2.0, 0.3);
-            lab.world.insert_resource(RidingWells(vec![well.clone()]));
-            Box::new(well)
-        }
+        true => Box::new(RidingWell::new(lab.bodies[0], 2.0, 0.3)),
         false => {
             Box::new(Wells(vec![Well { position: DVec3::ZERO, strength: 2.0, softening: 0.3 }]))
         }

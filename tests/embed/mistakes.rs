@@ -8,11 +8,12 @@ use bevy_ecs::prelude::*;
 use glam::DVec3;
 use motion::clock::StepClock;
 use motion::ledger::Ledger;
+use motion::methods::{Field, Integrator, StepState};
 use motion::snapshot::{self, Mismatch, RestoreError, Snapshot};
 use motion::{
-    Damping, DampingRate, Drag, Elastic, Emitter, Forces, Gravity, Method, MutualGravity,
-    OwnSubsteps, PhysicsBody, PushQueue, Range, Request, Requests, SourceMass, SpeedLimit, Spring,
-    StepSystems, Stepper, Substeps, TimeStep, Transform, Well, Wells, Wind,
+    Damping, DampingRate, Drag, Elastic, Emitter, Forces, Gravity, Method, MutualGravity, OwnLaws,
+    OwnSubsteps, PhysicsBody, PushQueue, Range, Request, Requests, RidingWell, SourceMass,
+    SpeedLimit, Spring, StepSystems, Stepper, Substeps, TimeStep, Transform, Well, Wells, Wind,
 };
 
 use super::{ball, example, panic_of, state};
@@ -32,6 +33,69 @@ const ELASTIC: Elastic =
 fn emitter(pool: Vec<Entity>) -> Emitter {
     let launches = vec![DVec3::Y; pool.len()];
     Emitter { rate: 10.0, life: 1.0, position: DVec3::ZERO, pool, launches, inverse_mass: 1.0 }
+}
+
+#[test]
+fn a_snapshot_is_refused_where_springs_or_the_integrator_are_others() {
+    #[derive(Clone, Copy, Default)]
+    struct Mine;
+    impl Integrator for Mine {
+        const METHOD: Method = Method::RungeKutta2Midpoint;
+
+        fn step<F: Field>(
+            field: &mut F,
+            x: F::Space,
+            v: F::Space,
+            _: &mut StepState<F>,
+        ) -> (F::Space, F::Space) {
+            let h = field.step();
+            let a = field.acceleration(0.0, x, v);
+            (x + v * h, v + a * h)
+        }
+    }
+    let (mut world, ends) = pair();
+    let spring = world.spawn(Spring { ends, elastic: ELASTIC }).id();
+    let mut stepper = Stepper::new(&mut world, Mine::METHOD, TimeStep(0.01));
+    stepper.tick(&mut world);
+    let saved = snapshot::take(&world, &stepper);
+    let refused = |world: &mut World, stepper: &mut Stepper| match snapshot::restore(
+        world, stepper, &saved,
+    ) {
+        Err(RestoreError::Invalid { field, .. }) => field,
+        Err(other) => panic!("{other}"),
+        Ok(()) => "",
+    };
+    assert_eq!(refused(&mut world, &mut stepper), "");
+    let stiffer = Elastic { stiffness: 2.0 * ELASTIC.stiffness, ..ELASTIC };
+    world.entity_mut(spring).insert(Spring { ends, elastic: stiffer });
+    assert_eq!(refused(&mut world, &mut stepper), "springs");
+    world.despawn(spring);
+    assert_eq!(refused(&mut world, &mut stepper), "springs");
+    // Another entity, but the same spring.
+    world.spawn(Spring { ends, elastic: ELASTIC });
+    assert_eq!(refused(&mut world, &mut stepper), "");
+    let mut mine = Stepper::of::<Mine>(&mut world, TimeStep(0.01));
+    assert_eq!(refused(&mut world, &mut mine), "integrator");
+    let mut ours = snapshot::take(&world, &mine);
+    assert_eq!(snapshot::restore(&mut world, &mut mine, &ours), Ok(()));
+    ours.springs = None;
+    assert_eq!(snapshot::restore(&mut world, &mut mine, &ours), Ok(()));
+}
+
+#[test]
+fn a_well_needs_one_place_and_is_refused_on_its_carrier() {
+    let (mut world, [planet, moon]) = pair();
+    let well = RidingWell::new(planet, 1.0, 0.0);
+    world.entity_mut(moon).insert(OwnLaws::new(vec![Box::new(well.clone())]));
+    let mut stepper = Stepper::new(&mut world, Method::VelocityVerlet, TimeStep(1e-3));
+    stepper.tick(&mut world);
+    // mu / r² in the direction of the planet.
+    let pulled = world.get::<PhysicsBody>(moon).unwrap().velocity.x;
+    assert!((pulled + 1e-3).abs() < 1e-8, "{pulled}");
+    let said = panic_of(|| {
+        world.entity_mut(planet).insert(OwnLaws::new(vec![Box::new(well)]));
+    });
+    assert!(said.contains("rides on the body") && said.contains("give it to others"), "{said}");
 }
 
 #[test]

@@ -11,8 +11,7 @@ use motion::groups::Grouped;
 use motion::snapshot::LastStep;
 use motion::{
     Damping, DampingModel, DampingRate, Dormant, Fault, Forces, Method, OwnLaws, Particle,
-    PhysicsBody, Request, RidesOn, RidingWell, RidingWells, SpeedLimit, StableId, Static,
-    Transform, own_method,
+    PhysicsBody, Request, RidesOn, RidingWell, SpeedLimit, StableId, Static, Transform, own_method,
 };
 use scene::Scene;
 
@@ -101,8 +100,9 @@ impl Victim {
         // Where a carrier is, what rides on it acts: others would notice.
         let mut carriers: Vec<_> =
             rig.world.query::<&RidesOn>().iter(&rig.world).map(|rides| rides.0).collect();
-        let wells = rig.world.get_resource::<RidingWells>();
-        carriers.extend(wells.into_iter().flat_map(|wells| &wells.0).map(RidingWell::carrier));
+        let mut own = rig.world.query::<&OwnLaws>();
+        let laws = own.iter(&rig.world).flat_map(OwnLaws::laws);
+        carriers.extend(laws.filter_map(|law| law.riding_well()).map(RidingWell::carrier));
         all.retain(|(_, body)| !carriers.contains(body));
         let springs = rig.world.contains_resource::<motion::groups::Groups>();
         for (id, body) in all {

@@ -57,7 +57,9 @@ impl Simulation {
             Some(QuarantineRecord { id: None, other_end: None, ..renamed })
         };
         let state = state.rename(ranges, id, index, record);
-        Snapshot { state: snapshot::Snapshot { things: IdRanges::of(things), ..state } }
+        // The springs are those of the scene, and a snapshot of a part has fewer.
+        let things = IdRanges::of(things);
+        Snapshot { state: snapshot::Snapshot { things, springs: None, ..state } }
     }
 }
 
@@ -89,6 +91,8 @@ impl Snapshot {
             clock: _,
             step: _,
             method: _,
+            integrator: _,
+            springs: _,
             substeps: _,
             effects,
             evaluations,

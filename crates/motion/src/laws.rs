@@ -33,7 +33,8 @@ pub use gravity::Gravity;
 #[cfg(test)]
 pub use lift::Lift;
 pub use mutual_gravity::{MutualGravity, SourceMass};
-pub use riding_well::{RidingWell, RidingWells};
+pub use riding_well::RidingWell;
+pub(crate) use riding_well::RidingWells;
 #[cfg(feature = "serde")]
 pub(crate) use shared::law_name;
 pub(crate) use shared::{Changes, LawName, SharedLaws, SharedLawsParam, WorldLaw};
@@ -185,6 +186,12 @@ pub trait Law: Debug + Send + Sync + 'static {
     /// The law as a constant acceleration and linear drag, if it has no other terms. An affine law is summed once per tick and
     /// is never called.
     fn affine(&self) -> Option<Affine> {
+        None
+    }
+
+    /// The well that the law is, if it rides on a body.
+    #[doc(hidden)]
+    fn riding_well(&self) -> Option<&RidingWell> {
         None
     }
 

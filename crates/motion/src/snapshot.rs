@@ -1,7 +1,7 @@
 //! Snapshots: the state of a world between two ticks as plain data, taken out and put back.
 //!
 //! A restored world continues with the bits of the world that the snapshot was taken of: for rollback in a network game, for
-//! saving, for trying something out. Laws, springs and options of bodies, such as speed limits, are not in a snapshot, only
+//! saving, for trying something out. Laws, springs (which have to be the same) and options of bodies, such as speed limits, are not in a snapshot, only
 //! which effects are off: they stay as the world has them. Nor are cached accelerations: velocity Verlet and Yoshida 4
 //! evaluate them once more.
 //!
@@ -66,9 +66,11 @@ use crate::state::coupling::CouplingChanged;
 use crate::state::emitter::{Dormant, Emission, Emissions};
 use crate::state::forces::{Push, PushQueue, PushedBodies};
 use crate::state::previous_position::PreviousPosition;
+use crate::state::springs::{Elastic, SoftBody, Spring};
 use crate::state::substeps::{OwnSubsteps, Substeps};
 use crate::tick::columns::NO_STEPPER;
 use crate::tick::quarantine::{Quarantine, QuarantineRecord};
+use crate::units::Scalar;
 
 pub use crate::state::emitter::EmissionState;
 pub use crate::state::method_state::{LastAcceleration, LastStep};
@@ -100,6 +102,12 @@ pub struct Snapshot<B = Entity, Bodies = Vec<B>, Log = NoLog> {
     pub step: TimeStep,
     /// The method of bodies without their own.
     pub method: Method,
+    /// The type of the stepper's method, if that is [of your own](Stepper::of).
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
+    pub integrator: Option<String>,
+    /// A checksum of the springs and of those of soft bodies, without their ends; it is not written. `None` is not compared.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub springs: Option<u64>,
     /// Substeps of bodies without their own number.
     pub substeps: Substeps,
     /// Gravity and damping, and which effects are off.
@@ -279,6 +287,8 @@ pub fn take_with<Log: Component + Clone>(
         clock: (*world.resource::<StepClock>()).into(),
         step: *world.resource(),
         method: stepper.method(),
+        integrator: stepper.integrator().map(str::to_owned),
+        springs: Some(checksum_of_springs(world)),
         substeps: world.get_resource().copied().unwrap_or_default(),
         effects: Effects::of(world),
         evaluations: world.resource::<Evaluations>().clone(),
@@ -302,10 +312,30 @@ pub fn take_with<Log: Component + Clone>(
     }
 }
 
+/// A checksum of the springs between bodies that there are, in any order.
+fn checksum_of_springs(world: &World) -> u64 {
+    let of = |elastic: &Elastic| {
+        let Elastic { stiffness, damping, rest_length, pull_only } = *elastic;
+        let start = if pull_only { 3 } else { 1 };
+        let mix =
+            |sum: u64, number: Scalar| (sum ^ number.to_bits()).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        [stiffness, damping, rest_length].into_iter().fold(start, mix)
+    };
+    let is_there = |body: &Entity| world.get_entity(*body).is_ok();
+    let springs = collect(world, |(_, spring): (Entity, &Spring)| {
+        spring.ends.iter().all(is_there).then(|| of(&spring.elastic))
+    });
+    let soft = collect(world, |(_, body): (Entity, &SoftBody)| {
+        Some(body.springs.iter().map(|link| of(&link.elastic)).fold(0, u64::wrapping_add))
+    });
+    springs.into_iter().chain(soft).fold(0, u64::wrapping_add)
+}
+
 /// Puts `world` and its `stepper` into the state of `snapshot`.
 ///
 /// # Errors
-/// If the bodies or emitters of `world` are not those of `snapshot`, or if its lists do not fit each other or a number is out of
+/// If the bodies, emitters or springs of `world` or the [`Integrator`](crate::methods::Integrator) of `stepper` are not those of
+/// `snapshot`, or if its lists do not fit each other or a number is out of
 /// its range; nothing is changed then.
 ///
 /// # Panics
@@ -317,11 +347,17 @@ pub fn restore<Log: Component<Mutability = Mutable> + Clone + PartialEq>(
 ) -> Result<(), RestoreError> {
     snapshot.check_bodies(world)?;
     let clock = snapshot.check_fields(world)?;
+    if snapshot.integrator.as_deref() != stepper.integrator() {
+        let why = "a stepper with another `Integrator` took it";
+        return Err(RestoreError::Invalid { field: "integrator", why });
+    }
     // Every field is named, so that a new one is not forgotten.
     let Snapshot {
         clock: _,
         step,
         method,
+        integrator: _,
+        springs: _,
         substeps,
         effects,
         evaluations,
@@ -455,6 +491,8 @@ impl<B, Bodies, Log> Snapshot<B, Bodies, Log> {
             clock,
             step,
             method,
+            integrator,
+            springs,
             substeps,
             effects,
             evaluations,
@@ -480,6 +518,8 @@ impl<B, Bodies, Log> Snapshot<B, Bodies, Log> {
             clock,
             step,
             method,
+            integrator,
+            springs,
             substeps,
             effects,
             evaluations,
@@ -530,6 +570,11 @@ impl<Log> Snapshot<Entity, Vec<Entity>, Log> {
             { own }.all(|own| (1..=Substeps::MOST).contains(&own)),
             "own_substeps",
             "their number is out of its range",
+        )?;
+        ensure(
+            self.springs.is_none_or(|springs| springs == checksum_of_springs(world)),
+            "springs",
+            "the world has other springs or soft bodies than then; spawn, despawn and change them back",
         )?;
         ensure(
             transforms.len() == bodies.len(),

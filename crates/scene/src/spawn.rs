@@ -5,8 +5,8 @@ use glam::DVec3;
 use motion::snapshot::LastStep;
 use motion::{
     AxisLocks, DampingRate, Dormant, Emitter, GravityOff, Method, Orientation, OwnLaws,
-    OwnSubsteps, PhysicsBody, RidesOn, RidingWell, RidingWells, SoftBody, SourceMass, SpeedLimit,
-    Spring, StableId, Substeps, Transform, mark_method,
+    OwnSubsteps, PhysicsBody, RidesOn, RidingWell, SoftBody, SourceMass, SpeedLimit, Spring,
+    StableId, Substeps, Transform, mark_method,
 };
 
 use crate::scene::{BodySpec, RidingWellSpec, Scene};
@@ -84,9 +84,6 @@ impl Scene {
                 laws.push(Box::new(known));
             }
             world.entity_mut(entities[*id as usize]).insert(OwnLaws::new(laws));
-        }
-        if !riding.is_empty() {
-            world.insert_resource(RidingWells(riding.into_iter().map(|(_, well)| well).collect()));
         }
     }
 

@@ -2,17 +2,27 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
+use bevy_ecs::world::DeferredWorld;
 
-use crate::laws::Law;
+use crate::laws::{Law, RidingWells};
 
 /// Laws of this body alone, such as its engines. Present only on bodies with their own laws.
 #[derive(Component, Debug)]
+#[component(on_insert = move_wells)]
 pub struct OwnLaws {
     laws: Vec<Box<dyn Law>>,
     /// Index of each law among all that the body was given: a law that is switched on again is summed at its old place.
     places: Vec<usize>,
     version: u64,
+}
+
+/// Lets the wells of a body that ride on others move with them.
+fn move_wells(mut world: DeferredWorld<'_>, context: HookContext) {
+    let laws = world.get::<OwnLaws>(context.entity).into_iter().flat_map(|own| &own.laws);
+    let wells = laws.filter_map(|law| law.riding_well().cloned()).collect();
+    RidingWells::add_those_of(&mut world, context.entity, wells);
 }
 
 impl OwnLaws {

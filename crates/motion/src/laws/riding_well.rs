@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use bevy_ecs::prelude::*;
+use bevy_ecs::world::DeferredWorld;
 use glam::DMat3;
 
 use super::wells::Well;
@@ -13,8 +14,8 @@ use crate::state::components::{PhysicsBody, Quarantined, Transform};
 use crate::state::emitter::Dormant;
 use crate::units::{Scalar, Vector, at_least_0};
 
-/// A [`Well`] that rides on a body. It attracts the bodies that have it among their [`OwnLaws`](crate::OwnLaws), and must
-/// be in the resource [`RidingWells`] as well: copies of one well share its motion.
+/// A [`Well`] that rides on a body. It attracts the bodies that have it among their [`OwnLaws`](crate::OwnLaws): copies of one
+/// well share its motion. A well among the laws of its own carrier is refused.
 ///
 /// Within a tick the carrier counts as moving uniformly, with its velocity at the start of the tick, so that methods of an
 /// order above 2 are of order 2 here. The well does not attract while its carrier is removed, disabled, quarantined or
@@ -27,9 +28,39 @@ pub struct RidingWell {
     course: Arc<Course>,
 }
 
-/// All wells of a world that ride on bodies.
-#[derive(Resource, Clone, Debug, Default)]
-pub struct RidingWells(pub Vec<RidingWell>);
+/// The wells of a world that ride on bodies, one copy of each.
+#[derive(Resource, Debug, Default)]
+pub struct RidingWells(Vec<RidingWell>);
+
+impl RidingWells {
+    /// Adds the wells among the laws of `body`, which moves them from then on.
+    ///
+    /// # Panics
+    /// If one of them rides on `body`.
+    pub(crate) fn add_those_of(
+        world: &mut DeferredWorld<'_>,
+        body: Entity,
+        wells: Vec<RidingWell>,
+    ) {
+        if let Some(well) = wells.iter().find(|well| well.carrier == body) {
+            panic!(
+                "a well rides on the body {} and is among its own laws; give it to others",
+                well.carrier
+            );
+        }
+        if wells.is_empty() {
+            return;
+        }
+        world.commands().queue(move |world: &mut World| {
+            let mut all = world.get_resource_or_init::<Self>();
+            for well in wells {
+                if !all.0.iter().any(|known| Arc::ptr_eq(&known.course, &well.course)) {
+                    all.0.push(well);
+                }
+            }
+        });
+    }
+}
 
 /// Position, m, and velocity, m/s, of the carrier at a time, and that time, s, as bits; NaN while it cannot carry the well.
 #[derive(Debug)]
@@ -109,14 +140,24 @@ impl Law for RidingWell {
         false
     }
 
+    fn riding_well(&self) -> Option<&RidingWell> {
+        Some(self)
+    }
+
     /// Changes with the course, once per tick: accelerations cached along the last course are invalid.
     fn version(&self) -> Option<u64> {
         Some(self.course.version.load(Ordering::Relaxed))
     }
 }
 
-/// Moves the wells of `world` to their carriers. Returns whether there are any.
+/// Moves the wells of `world` to their carriers, and forgets those that no body has any more. Returns whether there are any.
 pub(crate) fn prepare(world: &mut World) -> bool {
+    if let Some(mut wells) = world.get_resource_mut::<RidingWells>() {
+        wells.0.retain(|well| Arc::strong_count(&well.course) > 1);
+        if wells.0.is_empty() {
+            world.remove_resource::<RidingWells>();
+        }
+    }
     let carries = world.contains_resource::<RidingWells>();
     if carries && world.contains_resource::<StepClock>() {
         world.run_system_cached(carry_wells).expect("its parameters were looked for");

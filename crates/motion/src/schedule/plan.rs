@@ -51,6 +51,10 @@ impl OutsideMethod {
         }
         Self { name: std::any::type_name::<M>(), kernel: GroupKernel::of::<M>() }
     }
+
+    pub(crate) const fn name(self) -> &'static str {
+        self.name
+    }
 }
 
 /// Two methods are the same if their types have the same path.

@@ -409,6 +409,12 @@ impl Stepper {
         self.plan.method
     }
 
+    /// The type of the method [of your own](Self::of), if it is one.
+    #[must_use]
+    pub fn integrator(&self) -> Option<&'static str> {
+        self.plan.outside.map(|outside| outside.name())
+    }
+
     /// The plan that the schedule was compiled from.
     #[must_use]
     pub const fn plan(&self) -> &StepPlan {
