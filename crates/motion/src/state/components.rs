@@ -11,6 +11,10 @@ use crate::units::{Rotation, Scalar, Vector, at_least_0};
 
 /// Position of a thing in the world.
 ///
+/// A tick marks it as changed for every body that it integrates, also for one that ends where it began, because comparing would cost
+/// more than moving. So `Changed<Transform>` finds all bodies but those that are [`Static`](crate::Static), dormant or quarantined;
+/// to find those that moved, compare with [`PreviousPosition`](crate::PreviousPosition).
+///
 /// Orientation is a separate component, so that a step moves no byte that it does not use.
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(transparent))]
