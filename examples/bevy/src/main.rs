@@ -1,4 +1,4 @@
-//! `motion` in an `App` without a window: balls fall through damped air, one is pushed, two hang on a spring.
+//! `motion` in an `App` without a window: balls fall through damped air, one is pushed, two hang on a spring, with a ledger.
 //! At the end the same run by `Stepper::tick`, without an app, must have the same bits.
 //!
 //! Run with `cargo run --manifest-path examples/bevy/Cargo.toml`.
@@ -8,6 +8,7 @@ use bevy_app::prelude::*;
 use bevy_ecs::prelude::*;
 use bevy_ecs::system::RunSystemOnce;
 use motion::clock::StepClock;
+use motion::ledger::{Ledger, LedgerPlugin};
 use motion::units::Vector;
 use motion::{
     Damping, Elastic, Forces, Gravity, InertiaPlugin, PhysicsBody, PushQueue, Spring, StableId,
@@ -80,7 +81,7 @@ fn bits(world: &mut World) -> Vec<(StableId, [[u64; 3]; 2])> {
 fn main() {
     let plugin = InertiaPlugin::default();
     let mut app = App::new();
-    app.add_plugins(plugin)
+    app.add_plugins((plugin, LedgerPlugin::default()))
         .add_systems(Startup, spawn)
         .add_systems(RunFixedMainLoop, pass_time.in_set(RunFixedMainLoopSystems::FixedMainLoop))
         .add_systems(
@@ -95,6 +96,8 @@ fn main() {
         app.update();
     }
     assert_eq!(app.world().resource::<StepClock>().ticks(), TICKS);
+    let ledger = app.world().resource::<Ledger>();
+    println!("the method invented {:.3} J", ledger.since_opening().energy.residual);
 
     let mut world = World::new();
     world.run_system_once(spawn).unwrap();

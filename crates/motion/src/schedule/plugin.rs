@@ -69,6 +69,11 @@ use crate::state::threads::Threads;
 /// Tables and groups of at least [`Threads::FROM`] bodies are shared between the threads of the app's
 /// `ComputeTaskPool`, with the same bits, unless you have inserted other [`Threads`] before the app runs.
 ///
+/// # Energy
+/// [`LedgerPlugin`](crate::ledger::LedgerPlugin) beside this plugin keeps a ledger as a resource.
+/// [`totals`](crate::totals()), [`each_force`](crate::each_force) and [margins](crate::margin) are functions of `&World`, which a system may
+/// have as its parameter; a [snapshot](crate::snapshot) is taken by [`Stepper::installed`].
+///
 /// # Drawing
 /// The physics moves its own [`Transform`](crate::Transform), in f64. Copy positions to Bevy's `Transform` after the
 /// ticks of a frame, in `RunFixedMainLoopSystems::AfterFixedMainLoop`.
