@@ -12,6 +12,8 @@ use lab::cost::{
 use motion::Method;
 use report::{CELLS_HEADER, Table, files, json, table, tables, words};
 
+use crate::rigs::root;
+
 use crate::cost::oscillator::overtakes;
 
 /// All files by their names.
@@ -333,6 +335,11 @@ fn tables_have_a_row_a_cell() {
     let cells: usize = report.studies.iter().map(|study| study.cells.len()).sum();
     let mut lines = files["cells.csv"].lines();
     assert_eq!(lines.next(), Some(CELLS_HEADER));
+    let page = std::fs::read_to_string(root().join("docs/contract/outputs.md")).unwrap();
+    assert!(
+        page.contains(&format!("`{CELLS_HEADER}`")),
+        "outputs.md has other columns of cells.csv"
+    );
     let columns = CELLS_HEADER.split(',').count();
     assert_eq!(columns, 15);
     let rows: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();

@@ -128,8 +128,16 @@ fn the_readme_says_what_each_method_claims() {
 #[test]
 fn every_effect_is_explained() {
     let page = read("docs/effects.md");
-    for effect in Effect::ALL {
+    let names = Effect::ALL.map(|effect| effect.to_string());
+    for effect in &names {
         assert!(page.contains(&format!("\n| `{effect}` | ")), "docs/effects.md lacks {effect}");
+    }
+    let all = format!("The effects are `{}`.", names.join(", "));
+    assert!(read("docs/contract/scene.md").contains(&all), "docs/contract/scene.md lacks: {all}");
+    let script = read("docs/contract/script.md");
+    let row = script.lines().find(|line| line.contains("`switch_effect(")).unwrap();
+    for effect in &names {
+        assert!(row.contains(effect.as_str()), "docs/contract/script.md lacks {effect}");
     }
 }
 

@@ -120,6 +120,9 @@ fn add_velocities(stage: &Stage, arrows: &mut Vec<Arrow>) {
     }));
 }
 
+/// The color of the arrows of a law that is not one of the library's.
+const OTHER_CAUSE: [f32; 3] = [1.0, 0.6, 0.75];
+
 /// The color of the arrows of a cause.
 pub(crate) fn color_of(cause: &str) -> [f32; 4] {
     let [r, g, b] = match cause {
@@ -132,7 +135,7 @@ pub(crate) fn color_of(cause: &str) -> [f32; 4] {
         "wells" => [0.95, 0.45, 0.75],
         "mutual_gravity" => [1.0, 0.75, 0.3],
         "thrusts" => [1.0, 0.95, 0.4],
-        _ => [1.0, 0.6, 0.75],
+        _ => OTHER_CAUSE,
     };
     [r, g, b, 1.0]
 }
@@ -149,6 +152,17 @@ fn round_up(x: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn every_law_has_a_color_of_its_own() {
+        let causes: Vec<_> =
+            motion::LAWS.iter().map(|(name, _)| *name).chain([NET, "push"]).collect();
+        let mut colors: Vec<_> = causes.iter().map(|cause| color_of(cause)).collect();
+        colors.push(color_of("a law of a game"));
+        for (i, color) in colors.iter().enumerate() {
+            assert!(!colors[..i].contains(color), "{:?} has the color of another", causes.get(i));
+        }
+    }
 
     #[test]
     fn scales_are_round_numbers() {

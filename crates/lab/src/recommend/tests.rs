@@ -14,7 +14,7 @@ fn study(own_error: f64, points: &[(f64, f64)]) -> Study {
             position_m: *error,
             velocity_m_s: *error,
             position_rms_m: *error,
-            phase: None,
+            ..Errors::default()
         };
         let failed = Outcome::Failed(Failure::BlewUp);
         let method = Method::ALL[i % Method::ALL.len()];
