@@ -57,9 +57,7 @@ impl Simulation {
             Some(QuarantineRecord { id: None, other_end: None, ..renamed })
         };
         let state = state.rename(ranges, id, index, record);
-        // The springs are those of the scene, and a snapshot of a part has fewer.
-        let things = IdRanges::of(things);
-        Snapshot { state: snapshot::Snapshot { things, springs: None, ..state } }
+        Snapshot { state: snapshot::Snapshot { things: IdRanges::of(things), ..state } }
     }
 }
 

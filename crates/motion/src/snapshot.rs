@@ -196,7 +196,7 @@ pub struct Effects {
 pub enum RestoreError {
     /// The world has other bodies or emitters.
     Mismatch(Mismatch),
-    /// A field of the snapshot has a value that [`take`] cannot have made.
+    /// A field of the snapshot has a value that [`take`] cannot have made, or not of this world.
     Invalid {
         /// The field of [`Snapshot`].
         field: &'static str,
@@ -252,10 +252,11 @@ type IsBody = (With<Transform>, With<PhysicsBody>);
 /// If no stepper was made for `world`.
 #[must_use]
 pub fn take(world: &World, stepper: &Stepper) -> Snapshot {
-    take_with(world, stepper)
+    Snapshot { springs: Some(checksum_of_springs(world)), ..take_with(world, stepper) }
 }
 
-/// [`take`], with the `Log` that a [`ParticleBackend`](crate::ParticleBackend) keeps of emitters.
+/// [`take`], with the `Log` that a [`ParticleBackend`](crate::ParticleBackend) keeps of emitters, and without the checksum of springs:
+/// for programs that make the springs of a world themselves.
 ///
 /// # Panics
 /// As [`take`].
@@ -288,7 +289,7 @@ pub fn take_with<Log: Component + Clone>(
         step: *world.resource(),
         method: stepper.method(),
         integrator: stepper.integrator().map(str::to_owned),
-        springs: Some(checksum_of_springs(world)),
+        springs: None,
         substeps: world.get_resource().copied().unwrap_or_default(),
         effects: Effects::of(world),
         evaluations: world.resource::<Evaluations>().clone(),

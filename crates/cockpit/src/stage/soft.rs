@@ -90,12 +90,14 @@ fn movable_points<'a>(
     world: &'a World,
     body: &'a SoftBody,
 ) -> impl Iterator<Item = (Entity, &'a PhysicsBody)> + 'a {
-    body.points.iter().filter_map(|point| {
-        let thing = world.get_entity(*point).ok()?;
-        let free = !thing.contains::<Quarantined>() && !thing.contains::<Dormant>();
-        let state = thing.get::<PhysicsBody>().filter(|state| free && state.inverse_mass > 0.0)?;
-        Some((*point, state))
-    })
+    body.points.iter().filter_map(|point| Some((*point, moved_by_forces(world, *point)?)))
+}
+
+/// The state of a body, if forces move it now.
+pub(crate) fn moved_by_forces(world: &World, body: Entity) -> Option<&PhysicsBody> {
+    let thing = world.get_entity(body).ok()?;
+    let free = !thing.contains::<Quarantined>() && !thing.contains::<Dormant>();
+    thing.get::<PhysicsBody>().filter(|state| free && state.inverse_mass > 0.0)
 }
 
 /// Mass of the points that forces move, kg.

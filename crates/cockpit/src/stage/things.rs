@@ -14,7 +14,7 @@ use scene::FileIndex;
 use crate::stage::Stage;
 use crate::stage::forces::{synchronized, synchronized_points};
 use crate::stage::query;
-use crate::stage::soft::{center_of_mass, kinetic_energy, soft_name, together};
+use crate::stage::soft::{center_of_mass, kinetic_energy, moved_by_forces, soft_name, together};
 
 /// A body or a soft body, in every world of its scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -136,12 +136,10 @@ pub fn name(sim: &Simulation, thing: Entity) -> String {
 pub(crate) fn pushed(sim: &Simulation, body: Entity, hit: DVec3) -> Vec<(u32, f64)> {
     let around = sim.scene.push_spec().radius.into_iter().flat_map(|radius| {
         sim.remaining_bodies().filter_map(move |other| {
-            let entity = sim.world.get_entity(other).ok()?;
-            let inside =
-                1.0 - entity.get::<Transform>()?.position.distance_squared(hit) / radius.powi(2);
-            let flies = !entity.contains::<Dormant>() && !entity.contains::<Quarantined>();
-            let is_pushed = other != body && inside > 0.0 && flies && is_movable(&sim.world, other);
-            is_pushed.then_some((sim.id(other)?, inside.powi(2)))
+            moved_by_forces(&sim.world, other).filter(|_| other != body)?;
+            let at = sim.world.get::<Transform>(other)?.position;
+            let inside = 1.0 - at.distance_squared(hit) / radius.powi(2);
+            (inside > 0.0).then_some((sim.id(other)?, inside.powi(2)))
         })
     });
     sim.id(body).map(|id| (id, 1.0)).into_iter().chain(around).collect()

@@ -285,7 +285,7 @@ fn shaded_blades(surface: &BladeSurface, blades: &Blades, color: [f32; 4]) -> Su
     const DULL: f32 = 0.65;
     let mut drawn = Surface::smooth(&surface.corners, surface.triangles.iter().copied(), color);
     for (pair, number) in drawn.vertices.chunks_exact_mut(2).zip(0_u32..) {
-        let light = DULL + (1.0 - DULL) * (0.618 * (number / blades.points) as f32).fract();
+        let light = DULL + (1.0 - DULL) * (0.618 * blades.blade(number) as f32).fract();
         let bright = light * (SHADED + (1.0 - SHADED) * blades.share(number));
         for channel in pair.iter_mut().flat_map(|vertex| &mut vertex.color[..3]) {
             *channel = (f32::from(*channel) * bright) as u8;

@@ -102,7 +102,7 @@ impl Conserved {
     }
 }
 
-/// A tick that has begun.
+/// The tick that is being simulated.
 #[derive(Resource)]
 struct OpenTick {
     /// The clock before it.

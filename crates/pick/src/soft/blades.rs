@@ -35,6 +35,12 @@ impl Blades {
         (point % points) as f32 / (points - 1) as f32
     }
 
+    /// The number of the blade of a point.
+    #[must_use]
+    pub fn blade(&self, point: u32) -> u32 {
+        point / self.points.max(2)
+    }
+
     /// The surface of the blades in this pose; each faces a direction of its own. Between two points that are held, a blade is in
     /// the ground and has no surface.
     #[expect(clippy::cast_possible_truncation, reason = "what is drawn is f32")]
@@ -44,7 +50,7 @@ impl Blades {
         for (number, point) in (0_u32..).zip(pose.points()) {
             let share = self.share(number);
             if share == 0.0 {
-                let (sin, cos) = (TURN * f32::from((number / self.points.max(2)) as u16)).sin_cos();
+                let (sin, cos) = (TURN * f32::from(self.blade(number) as u16)).sin_cos();
                 side = Vec3::new(cos, 0.0, sin) * (0.5 * self.width as f32);
             } else if pose.is_movable(number - 1) || pose.is_movable(number) {
                 let at = 2 * number;
