@@ -42,25 +42,20 @@ fn a_snapshot_is_refused_where_springs_or_the_integrator_are_others() {
     let mut stepper = Stepper::new(&mut world, RungeKutta4::METHOD, TimeStep(0.01));
     stepper.tick(&mut world);
     let saved = snapshot::take(&world, &stepper);
-    let refused = |world: &mut World, stepper: &mut Stepper| match snapshot::restore(
-        world, stepper, &saved,
-    ) {
-        Err(RestoreError::Invalid { field, .. }) => field,
-        Err(other) => panic!("{other}"),
-        Ok(()) => "",
-    };
-    assert_eq!(refused(&mut world, &mut stepper), "");
+    let refused =
+        |world: &mut World, stepper: &mut Stepper| snapshot::restore(world, stepper, &saved).err();
+    assert_eq!(refused(&mut world, &mut stepper), None);
     let stiffer = Elastic { stiffness: 2.0 * ELASTIC.stiffness, ..ELASTIC };
     world.entity_mut(spring).insert(Spring { ends, elastic: stiffer });
-    assert_eq!(refused(&mut world, &mut stepper), "springs");
+    assert_eq!(refused(&mut world, &mut stepper), Some(RestoreError::Springs));
     world.despawn(spring);
-    assert_eq!(refused(&mut world, &mut stepper), "springs");
+    assert_eq!(refused(&mut world, &mut stepper), Some(RestoreError::Springs));
     // Another entity, but the same spring.
     world.spawn(Spring { ends, elastic: ELASTIC });
-    assert_eq!(refused(&mut world, &mut stepper), "");
+    assert_eq!(refused(&mut world, &mut stepper), None);
     // Any `Integrator` that a stepper is made of counts as one of your own.
     let mut mine = Stepper::of::<RungeKutta4>(&mut world, TimeStep(0.01));
-    assert_eq!(refused(&mut world, &mut mine), "integrator");
+    assert_eq!(refused(&mut world, &mut mine), Some(RestoreError::Integrator));
     let mut ours = snapshot::take(&world, &mine);
     assert_eq!(snapshot::restore(&mut world, &mut mine, &ours), Ok(()));
     ours.springs = None;
@@ -359,6 +354,48 @@ fn a_snapshot_that_take_cannot_have_made_is_refused_and_changes_nothing() {
     let error = snapshot::restore(&mut world, &mut stepper, &saved).unwrap_err();
     let RestoreError::Mismatch(Mismatch { missing, unknown }) = &error else { panic!("{error}") };
     assert_eq!((&missing[..], &unknown[..]), (&[ends[0]][..], &[saved.emissions[0].0][..]));
+}
+
+#[test]
+fn a_rollback_undoes_spawns_and_disables_of_bodies_springs_and_emitters() {
+    let (mut world, ends) = pair();
+    world.insert_resource(Gravity::EARTH);
+    let hook = world.spawn(Spring { ends, elastic: ELASTIC }).id();
+    let pool = vec![world.spawn(PhysicsBody::with_mass(1.0)).id()];
+    let fountain = world.spawn(emitter(pool)).id();
+    for method in Method::ALL {
+        let mut stepper = Stepper::new(&mut world, method, TimeStep(0.01));
+        (0..5).for_each(|_| stepper.tick(&mut world));
+        let saved = snapshot::take(&world, &stepper);
+        let mut run = |world: &mut World, change: bool| {
+            let mut later = Vec::new();
+            for tick in 0..30 {
+                if change && tick == 3 {
+                    let added = world.spawn(PhysicsBody::with_mass(1.0)).id();
+                    world.spawn(Spring { ends: [ends[0], added], elastic: ELASTIC });
+                    [ends[1], hook, fountain].map(|entity| {
+                        world.entity_mut(entity).insert(Disabled);
+                    });
+                    let pool = vec![world.spawn(PhysicsBody::with_mass(1.0)).id()];
+                    world.spawn(emitter(pool));
+                }
+                stepper.tick(world);
+                later = snapshot::take(world, &stepper).transforms;
+            }
+            snapshot::roll_back(world, &mut stepper, &saved).unwrap();
+            assert_eq!(snapshot::take(world, &stepper), saved, "{method:?}");
+            later
+        };
+        let undisturbed = run(&mut world, false);
+        assert_ne!(run(&mut world, true), undisturbed);
+        assert_eq!(run(&mut world, false), undisturbed, "{method:?}");
+    }
+    // What is despawned cannot come back.
+    let mut stepper = Stepper::new(&mut world, Method::default(), TimeStep(0.01));
+    let saved = snapshot::take(&world, &stepper);
+    world.despawn(ends[0]);
+    let error = snapshot::roll_back(&mut world, &mut stepper, &saved).unwrap_err();
+    assert!(matches!(error, RestoreError::Mismatch(_)), "{error}");
 }
 
 #[test]

@@ -91,6 +91,7 @@ impl Snapshot {
             method: _,
             integrator: _,
             springs: _,
+            joints: _,
             substeps: _,
             effects,
             evaluations,

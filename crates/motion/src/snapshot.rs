@@ -44,6 +44,7 @@ use std::fmt;
 
 use bevy_ecs::component::Mutable;
 use bevy_ecs::entity::{EntityHashMap, EntityHashSet, EntityMapper, MapEntities};
+use bevy_ecs::entity_disabling::Disabled;
 use bevy_ecs::prelude::*;
 #[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
@@ -108,6 +109,9 @@ pub struct Snapshot<B = Entity, Bodies = Vec<B>, Log = NoLog> {
     /// A checksum of the springs and of those of soft bodies, without their ends; it is not written. `None` is not compared.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub springs: Option<u64>,
+    /// The springs and soft bodies that the checksum is of, for [`roll_back`]; `None` after [`Snapshot::rename`] and in files.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub joints: Option<Vec<Entity>>,
     /// Substeps of bodies without their own number.
     pub substeps: Substeps,
     /// Gravity and damping, and which effects are off.
@@ -193,9 +197,14 @@ pub struct Effects {
 
 /// Why a snapshot was not restored.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum RestoreError {
     /// The world has other bodies or emitters.
     Mismatch(Mismatch),
+    /// The world has other springs or soft bodies.
+    Springs,
+    /// The stepper has another [`Integrator`](crate::methods::Integrator).
+    Integrator,
     /// A field of the snapshot has a value that [`take`] cannot have made, or not of this world.
     Invalid {
         /// The field of [`Snapshot`].
@@ -209,6 +218,12 @@ impl fmt::Display for RestoreError {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Mismatch(mismatch) => mismatch.fmt(out),
+            Self::Springs => out.write_str(
+                "the world has other springs or soft bodies than the snapshot; spawn, despawn and change them back",
+            ),
+            Self::Integrator => out.write_str(
+                "a stepper with another `Integrator` took the snapshot; restore it with one that `Stepper::of` makes of the same",
+            ),
             Self::Invalid { field, why } => {
                 write!(out, "`{field}` of the snapshot: {why}; restore one as `take` made it")
             }
@@ -252,7 +267,8 @@ type IsBody = (With<Transform>, With<PhysicsBody>);
 /// If no stepper was made for `world`.
 #[must_use]
 pub fn take(world: &World, stepper: &Stepper) -> Snapshot {
-    Snapshot { springs: Some(checksum_of_springs(world)), ..take_with(world, stepper) }
+    let (springs, joints) = (Some(checksum_of_springs(world)), Some(joints(world)));
+    Snapshot { springs, joints, ..take_with(world, stepper) }
 }
 
 /// [`take`], with the `Log` that a [`ParticleBackend`](crate::ParticleBackend) keeps of emitters, and without the checksum of springs:
@@ -290,6 +306,7 @@ pub fn take_with<Log: Component + Clone>(
         method: stepper.method(),
         integrator: stepper.integrator().map(str::to_owned),
         springs: None,
+        joints: None,
         substeps: world.get_resource().copied().unwrap_or_default(),
         effects: Effects::of(world),
         evaluations: world.resource::<Evaluations>().clone(),
@@ -332,6 +349,71 @@ fn checksum_of_springs(world: &World) -> u64 {
     springs.into_iter().chain(soft).fold(0, u64::wrapping_add)
 }
 
+/// The springs and soft bodies of `world`.
+fn joints(world: &World) -> Vec<Entity> {
+    let mut joints = marked::<Spring>(world);
+    joints.extend(marked::<SoftBody>(world));
+    joints
+}
+
+/// [`restore`] across spawns and despawns, as a network game rolls back: despawns the bodies, emitters, springs and soft bodies
+/// that `snapshot` lacks, and enables those of it that are [disabled](bevy_ecs::entity_disabling::Disabled).
+///
+/// So a game disables what it takes out of play, and despawns it when no snapshot is left that has it: an entity that is
+/// despawned cannot come back under its name.
+///
+/// ```
+/// use bevy_ecs::entity_disabling::Disabled;
+/// use bevy_ecs::prelude::*;
+/// use motion::{Gravity, Method, PhysicsBody, Stepper, TimeStep, snapshot};
+///
+/// let mut world = World::new();
+/// world.insert_resource(Gravity::EARTH);
+/// let [ship, shot] = [5.0, 0.1].map(|mass| world.spawn(PhysicsBody::with_mass(mass)).id());
+/// let mut stepper = Stepper::new(&mut world, Method::SemiImplicitEuler, TimeStep(1.0 / 60.0));
+/// let saved = snapshot::take(&world, &stepper);
+///
+/// world.entity_mut(shot).insert(Disabled); // It hit something.
+/// let debris = world.spawn(PhysicsBody::with_mass(1.0)).id();
+/// (0..10).for_each(|_| stepper.tick(&mut world));
+/// // Another player's input of ten ticks ago arrives.
+/// snapshot::roll_back(&mut world, &mut stepper, &saved)?;
+/// assert!(world.get_entity(debris).is_err() && !world.entity(shot).contains::<Disabled>());
+/// assert_eq!(snapshot::take(&world, &stepper), saved);
+/// # let _ = ship;
+/// # Ok::<(), snapshot::RestoreError>(())
+/// ```
+///
+/// # Errors
+/// As [`restore`]; spawned entities are gone and disabled ones enabled then.
+///
+/// # Panics
+/// As [`restore`].
+pub fn roll_back(
+    world: &mut World,
+    stepper: &mut Stepper,
+    snapshot: &Snapshot,
+) -> Result<(), RestoreError> {
+    let Snapshot { bodies, joints: joints_then, emissions, .. } = snapshot;
+    let then: EntityHashSet = bodies.iter().copied().chain(entities(emissions)).collect();
+    let mut now: Vec<_> = world.query_filtered::<Entity, IsBody>().iter(world).collect();
+    now.extend(marked::<Emission>(world));
+    let mut unknown: Vec<_> = now.into_iter().filter(|entity| !then.contains(entity)).collect();
+    let joints_then = joints_then.as_deref().map(|joints_then| {
+        unknown.extend(joints(world).into_iter().filter(|joint| !joints_then.contains(joint)));
+        joints_then
+    });
+    for entity in unknown {
+        world.despawn(entity);
+    }
+    for entity in then.into_iter().chain(joints_then.into_iter().flatten().copied()) {
+        if let Ok(mut entity) = world.get_entity_mut(entity) {
+            entity.remove::<Disabled>();
+        }
+    }
+    restore(world, stepper, snapshot)
+}
+
 /// Puts `world` and its `stepper` into the state of `snapshot`.
 ///
 /// # Errors
@@ -349,8 +431,7 @@ pub fn restore<Log: Component<Mutability = Mutable> + Clone + PartialEq>(
     snapshot.check_bodies(world)?;
     let clock = snapshot.check_fields(world)?;
     if snapshot.integrator.as_deref() != stepper.integrator() {
-        let why = "a stepper with another `Integrator` took it";
-        return Err(RestoreError::Invalid { field: "integrator", why });
+        return Err(RestoreError::Integrator);
     }
     // Every field is named, so that a new one is not forgotten.
     let Snapshot {
@@ -359,6 +440,7 @@ pub fn restore<Log: Component<Mutability = Mutable> + Clone + PartialEq>(
         method,
         integrator: _,
         springs: _,
+        joints: _,
         substeps,
         effects,
         evaluations,
@@ -462,10 +544,44 @@ impl Effects {
 impl<Log: Clone> MapEntities for Snapshot<Entity, Vec<Entity>, Log> {
     fn map_entities<M: EntityMapper>(&mut self, mapper: &mut M) {
         let mapper = RefCell::new(mapper);
-        let mapped = |entity| mapper.borrow_mut().get_mapped(entity);
-        let some = |entity| Some(mapped(entity));
-        let list = |all: Vec<_>| all.into_iter().map(mapped).collect();
-        *self = self.clone().rename(list, some, some, |record| Some(record.rename(mapped)));
+        *self = self.clone().with_names(|entity| mapper.borrow_mut().get_mapped(entity));
+    }
+}
+
+impl<B, Log> Snapshot<B, Vec<B>, Log> {
+    /// The same state with other names of bodies and emitters, for files and other worlds. See [`Snapshot::rename`] for names
+    /// that some do not have.
+    ///
+    /// ```
+    /// # #[cfg(feature = "serde")] {
+    /// use std::collections::HashMap;
+    ///
+    /// use bevy_ecs::prelude::*;
+    /// use motion::snapshot::{self, Snapshot};
+    /// use motion::{Method, PhysicsBody, StableId, Stepper, TimeStep, units::Vector};
+    ///
+    /// let mut world = World::new();
+    /// let body = PhysicsBody::with_mass(2.0).moving_at(Vector::X);
+    /// let ids: HashMap<u32, Entity> =
+    ///     (0..3).map(|id| (id, world.spawn((StableId(id), body)).id())).collect();
+    /// let mut stepper = Stepper::new(&mut world, Method::PositionVerlet, TimeStep(0.01));
+    /// stepper.tick(&mut world);
+    ///
+    /// let saved = snapshot::take(&world, &stepper);
+    /// let file = saved.with_names(|body| world.entity(body).components::<&StableId>().0);
+    /// let file = serde_json::to_string(&file).unwrap();
+    /// let before = snapshot::take(&world, &stepper).transforms;
+    /// (0..10).for_each(|_| stepper.tick(&mut world));
+    ///
+    /// let read: Snapshot<u32> = serde_json::from_str(&file).unwrap();
+    /// snapshot::restore(&mut world, &mut stepper, &read.with_names(|id| ids[&id])).unwrap();
+    /// assert_eq!(snapshot::take(&world, &stepper).transforms, before);
+    /// # }
+    /// ```
+    pub fn with_names<Other>(self, name: impl Fn(B) -> Other) -> Snapshot<Other, Vec<Other>, Log> {
+        let list = |all: Vec<_>| all.into_iter().map(&name).collect();
+        let some = |body| Some(name(body));
+        self.rename(list, some, some, |record| Some(record.rename(&name)))
     }
 }
 
@@ -494,6 +610,7 @@ impl<B, Bodies, Log> Snapshot<B, Bodies, Log> {
             method,
             integrator,
             springs,
+            joints: _,
             substeps,
             effects,
             evaluations,
@@ -521,6 +638,7 @@ impl<B, Bodies, Log> Snapshot<B, Bodies, Log> {
             method,
             integrator,
             springs,
+            joints: None,
             substeps,
             effects,
             evaluations,
@@ -572,11 +690,9 @@ impl<Log> Snapshot<Entity, Vec<Entity>, Log> {
             "own_substeps",
             "their number is out of its range",
         )?;
-        ensure(
-            self.springs.is_none_or(|springs| springs == checksum_of_springs(world)),
-            "springs",
-            "the world has other springs or soft bodies than then; spawn, despawn and change them back",
-        )?;
+        if self.springs.is_some_and(|springs| springs != checksum_of_springs(world)) {
+            return Err(RestoreError::Springs);
+        }
         ensure(
             transforms.len() == bodies.len(),
             "transforms",

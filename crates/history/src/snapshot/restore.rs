@@ -45,6 +45,7 @@ impl Simulation {
         snapshot::restore(&mut world, &mut stepper, &state).map_err(|error| match error {
             RestoreError::Mismatch(_) => BadSnapshot("its bodies are not those of the scene"),
             RestoreError::Invalid { why, .. } => BadSnapshot(why),
+            _ => BadSnapshot("its springs or its method are not those of the scene"),
         })?;
         Ok(Self { scene, world, stepper, bodies })
     }
