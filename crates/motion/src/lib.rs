@@ -6,6 +6,7 @@
 //!
 //! ```
 //! use bevy_ecs::prelude::*;
+//! use motion::Transform;
 //! use motion::prelude::*;
 //!
 //! let mut world = World::new();
@@ -79,6 +80,8 @@ pub use observe::law_texts::LawTexts;
 pub use observe::oscillator::BodyOscillator;
 pub use observe::totals::{KineticEnergy, Totals, totals};
 pub use schedule::backend::ParticleBackend;
+#[cfg(feature = "bevy")]
+pub use schedule::drawing::FloatingOrigin;
 pub use schedule::emission::{DueParticles, due_particles};
 pub use schedule::plan::{OutsideMethod, Passes, StepPlan};
 #[cfg(feature = "bevy")]
@@ -102,13 +105,13 @@ pub use state::substeps::{OwnSubsteps, Substeps};
 pub use state::threads::Threads;
 pub use tick::quarantine::{Cause, Fault, Quarantine, QuarantineRecord};
 
-/// The items that most programs with bodies need.
+/// The items that most programs with bodies need. [`Transform`](crate::Transform) is not one of them, so that Bevy's prelude can
+/// be used beside this one.
 pub mod prelude {
     pub use crate::units::{Scalar, Vector};
     pub use crate::{
         Damping, DampingModel, Drag, Elastic, Force, Forces, Gravity, Law, Laws, Method,
         PhysicsBody, PushQueue, Request, Requests, Spring, StepSystems, Stepper, TimeStep,
-        Transform,
     };
 }
 

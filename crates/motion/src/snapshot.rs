@@ -8,7 +8,7 @@
 //! ```
 //! use bevy_ecs::prelude::*;
 //! use motion::prelude::*;
-//! use motion::snapshot;
+//! use motion::{Transform, snapshot};
 //!
 //! let mut world = World::new();
 //! world.insert_resource(Gravity::EARTH);

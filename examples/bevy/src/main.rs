@@ -11,8 +11,8 @@ use motion::clock::StepClock;
 use motion::ledger::{Ledger, LedgerPlugin};
 use motion::units::Vector;
 use motion::{
-    Damping, Elastic, Forces, Gravity, InertiaPlugin, PhysicsBody, PushQueue, Spring, StableId,
-    StepSystems, Stepper, Transform,
+    Damping, Elastic, Forces, Gravity, InertiaPlugin, Method, PhysicsBody, PushQueue, Spring,
+    StableId, StepSystems, Stepper, TimeStep, Transform,
 };
 
 const TICKS: u64 = 64;
@@ -79,9 +79,8 @@ fn bits(world: &mut World) -> Vec<(StableId, [[u64; 3]; 2])> {
 }
 
 fn main() {
-    let plugin = InertiaPlugin::default();
     let mut app = App::new();
-    app.add_plugins((plugin, LedgerPlugin::default()))
+    app.add_plugins((InertiaPlugin::default(), LedgerPlugin::default()))
         .add_systems(Startup, spawn)
         .add_systems(RunFixedMainLoop, pass_time.in_set(RunFixedMainLoopSystems::FixedMainLoop))
         .add_systems(
@@ -101,7 +100,7 @@ fn main() {
 
     let mut world = World::new();
     world.run_system_once(spawn).unwrap();
-    let mut stepper = Stepper::new(&mut world, plugin.method, plugin.step);
+    let mut stepper = Stepper::new(&mut world, Method::default(), TimeStep(1.0 / 64.0));
     for _ in 0..TICKS {
         world.run_system_cached(push).unwrap();
         world.run_system_cached(blow).unwrap();

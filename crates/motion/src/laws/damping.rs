@@ -22,6 +22,7 @@ use crate::units::{Scalar, at_least_0};
 /// | `Implicit` | +0.53, +0.27, +0.13, +0.07 % | 0 |
 /// | `Exact` | 0 | that of the method (order 1) |
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect))]
 pub enum DampingModel {
     /// `v *= 1 - q` after the move, unclamped, as in the tutorial. The sign flips above q = 1 and the speed diverges
     /// above q = 2. The body moves at the correct terminal speed a / c and stores (1 - q) times that.
@@ -66,6 +67,7 @@ crate::names::written_by_name!(DampingModel);
 
 /// Damping of the scene. Present only if the scene or one of its bodies declares damping.
 #[derive(Resource, Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect), reflect(Resource))]
 pub struct Damping {
     /// How velocity decays.
     pub model: DampingModel,
@@ -139,6 +141,7 @@ impl Damping {
 ///
 /// In a world without [`Damping`] the first rate declares it, with the default model and the rate 0 for every other body.
 #[derive(Component, Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect), reflect(Component))]
 #[component(on_insert = declare_damping)]
 pub struct DampingRate(Scalar);
 

@@ -14,6 +14,7 @@ use crate::units::{Scalar, Vector, at_least_0, outer};
 ///
 /// The terminal speed under an acceleration a is the root of `c v + k v² = a`: a / c, or sqrt(a / k).
 #[derive(Resource, Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect), reflect(Resource))]
 pub struct Drag {
     /// Rate c of the linear term, 1/s, at least 0.
     pub linear: Scalar,

@@ -8,6 +8,7 @@ use crate::units::Vector;
 /// Uniform gravity: the same acceleration for every movable body, whatever its mass (Galilei). Present only if the
 /// scene declares it.
 #[derive(Resource, Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect), reflect(Resource))]
 pub struct Gravity {
     /// Acceleration of free fall, m/s².
     pub acceleration: Vector,

@@ -10,6 +10,7 @@ use crate::units::{Scalar, at_least_0};
 /// The force is zero between two bodies at the same position. An immovable body attracts if it has a [`SourceMass`].
 /// Particles of an [`Emitter`](crate::Emitter) neither attract nor are attracted.
 #[derive(Resource, Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect), reflect(Resource))]
 pub struct MutualGravity {
     /// G, m³/(kg s²); negative repels.
     pub constant: Scalar,
@@ -28,5 +29,6 @@ impl MutualGravity {
 /// Mass of an immovable body as a source of [`MutualGravity`], kg, above 0. It has no effect in a world without that
 /// resource.
 #[derive(Component, Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect), reflect(Component))]
 #[component(immutable, on_insert = structure_changed, on_discard = structure_changed)]
 pub struct SourceMass(pub Scalar);

@@ -11,6 +11,7 @@ use crate::units::{Scalar, Vector, at_least_0, outer};
 /// A point that attracts every body, whatever its mass: `a = -mu r / (r² + s²)^(3/2)` with r from the well to the body
 /// (Newton; softened after Plummer 1911). At the center of a well without softening the force is 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect))]
 pub struct Well {
     /// Position, m.
     pub position: Vector,
@@ -80,6 +81,7 @@ impl Well {
 
 /// Every well of the scene.
 #[derive(Resource, Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect), reflect(Resource))]
 pub struct Wells(pub Vec<Well>);
 
 impl WorldLaw for Wells {

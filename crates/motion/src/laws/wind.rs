@@ -9,6 +9,7 @@ use crate::units::{Scalar, Vector};
 /// horizontal and perpendicular to V, `up` is perpendicular to both. In vertical wind e is the x axis. In still air
 /// (|V| up to 1e-6 m/s) p is `2 pi f t`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect))]
 pub struct Wind {
     /// Mean velocity V, m/s.
     pub velocity: Vector,

@@ -4,6 +4,7 @@ use bevy_app::{App, FixedUpdate, Plugin};
 use bevy_ecs::schedule::{InternedScheduleLabel, ScheduleLabel};
 
 use crate::methods::table::Method;
+use crate::schedule::drawing::{draw_bodies, is_fixed, share_rate};
 use crate::schedule::stepper::Stepper;
 use crate::state::clock::TimeStep;
 use crate::state::threads::Threads;
@@ -18,16 +19,15 @@ use crate::state::threads::Threads;
 /// use bevy_app::{App, FixedUpdate};
 /// use bevy_ecs::prelude::*;
 /// use motion::units::Vector;
-/// use motion::{Forces, Gravity, InertiaPlugin, PhysicsBody, StepSystems, Stepper, Transform};
+/// use motion::{Forces, Gravity, InertiaPlugin, Method, PhysicsBody, StepSystems, Stepper, TimeStep, Transform};
 ///
 /// fn blow(mut forces: Forces, bodies: Query<Entity, With<PhysicsBody>>) {
 ///     bodies.iter().for_each(|body| forces.add(body, Vector::X * 0.3));
 /// }
 ///
 /// let ball = || (Transform::at(Vector::Y * 10.0), PhysicsBody::with_mass(0.1));
-/// let plugin = InertiaPlugin::default();
 /// let mut app = App::new();
-/// app.add_plugins(plugin)
+/// app.add_plugins(InertiaPlugin::default().with_method(Method::RungeKutta4).with_hz(120.0))
 ///     .insert_resource(Gravity::EARTH)
 ///     .add_systems(FixedUpdate, blow.before(StepSystems::Integrate));
 /// let in_app = app.world_mut().spawn(ball()).id();
@@ -36,7 +36,7 @@ use crate::state::threads::Threads;
 /// let mut world = World::new();
 /// world.insert_resource(Gravity::EARTH);
 /// let body = world.spawn(ball()).id();
-/// let mut stepper = Stepper::new(&mut world, plugin.method, plugin.step);
+/// let mut stepper = Stepper::new(&mut world, Method::RungeKutta4, TimeStep(1.0 / 120.0));
 /// let mut forces = Schedule::default();
 /// forces.add_systems(blow);
 ///
@@ -53,17 +53,11 @@ use crate::state::threads::Threads;
 /// ```
 ///
 /// # Rate
-/// Bevy's `TimePlugin`, one of its default plugins, runs [`FixedUpdate`] as often as the resource `Time<Fixed>` says:
-/// 64 times per second unless you change it. The default `step` is that, 1/64 s. The physics does not read Bevy's clock,
-/// so another rate is set in both places:
-///
-/// ```text
-/// app.insert_resource(Time::<Fixed>::from_hz(120.0))
-///     .add_plugins(InertiaPlugin { step: TimeStep(1.0 / 120.0), ..InertiaPlugin::default() });
-/// ```
-///
-/// To change it later, insert another [`TimeStep`] between two ticks and call `Time::<Fixed>::set_timestep_hz`.
-/// Without `TimePlugin` nothing runs [`FixedUpdate`]: run it yourself, as above, or set `schedule`.
+/// The length of a tick and Bevy's `Time<Fixed>` are one setting: 64 ticks per second unless you change it, by
+/// [`with_hz`](Self::with_hz), `Time::<Fixed>::from_hz`, or later by another [`TimeStep`] or `Time::<Fixed>::set_timestep_hz`. The
+/// physics reads no clock: how many ticks a frame has is decided by Bevy's `TimePlugin`, one of its default plugins. Without it
+/// nothing runs [`FixedUpdate`]: run it yourself, as above, or choose another [schedule](Self::in_schedule), whose ticks have 1/64 s
+/// unless you say otherwise.
 ///
 /// # Threads
 /// Tables and groups of at least [`Threads::FROM`] bodies are shared between the threads of the app's
@@ -75,33 +69,81 @@ use crate::state::threads::Threads;
 /// have as its parameter; a [snapshot](crate::snapshot) is taken by [`Stepper::installed`].
 ///
 /// # Drawing
-/// The physics moves its own [`Transform`](crate::Transform), in f64. Copy positions to Bevy's `Transform` after the
-/// ticks of a frame, in `RunFixedMainLoopSystems::AfterFixedMainLoop`.
+/// The physics moves its own [`Transform`](crate::Transform), in `f64`. [`with_drawing`](Self::with_drawing) moves Bevy's
+/// `Transform` after it, for every entity that has both:
+///
+/// ```
+/// use bevy_app::prelude::*;
+/// use bevy_transform::components::Transform;
+/// use motion::{FloatingOrigin, InertiaPlugin, PhysicsBody, units::Vector};
+///
+/// let mut app = App::new();
+/// app.add_plugins((bevy_time::TimePlugin, InertiaPlugin::default().with_drawing()))
+///     .insert_resource(FloatingOrigin(Vector::X * 1e9));
+/// let body = (motion::Transform::at(Vector::X * 1000000000.25), PhysicsBody::with_mass(1.0));
+/// let body = app.world_mut().spawn((body, Transform::default())).id();
+/// app.update();
+/// assert_eq!(app.world().get::<Transform>(body).unwrap().translation.x, 0.25);
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct InertiaPlugin {
-    /// The method of every body that has none of its own.
-    pub method: Method,
-    /// Length of a tick, s.
-    pub step: TimeStep,
-    /// The schedule that the physics is put into, such as `Update.intern()`; created if the app lacks it.
-    pub schedule: InternedScheduleLabel,
+    method: Method,
+    step: Option<TimeStep>,
+    pub(crate) schedule: InternedScheduleLabel,
+    draws: bool,
 }
 
 impl Default for InertiaPlugin {
     fn default() -> Self {
-        Self {
-            method: Method::default(),
-            step: TimeStep(1.0 / 64.0),
-            schedule: FixedUpdate.intern(),
-        }
+        Self { method: Method::default(), step: None, schedule: FixedUpdate.intern(), draws: false }
+    }
+}
+
+impl InertiaPlugin {
+    /// With this method for every body that has none of its own; semi-implicit Euler otherwise.
+    #[must_use]
+    pub const fn with_method(self, method: Method) -> Self {
+        Self { method, ..self }
+    }
+
+    /// With that many ticks per second, above 0.
+    #[must_use]
+    pub const fn with_hz(self, hz: f64) -> Self {
+        Self { step: Some(TimeStep(1.0 / hz)), ..self }
+    }
+
+    /// In this schedule, such as `Update`, which is created if the app lacks it; in [`FixedUpdate`] otherwise.
+    #[must_use]
+    pub fn in_schedule(self, schedule: impl ScheduleLabel) -> Self {
+        Self { schedule: schedule.intern(), ..self }
+    }
+
+    /// Copies positions to Bevy's `Transform` before `Update`, around the [`FloatingOrigin`](crate::FloatingOrigin). In a fixed
+    /// schedule they are those between the last two ticks that fit the time of the frame, at most one tick late.
+    ///
+    /// Rotation and scale are yours; a drawn body has no parent that moves. Where you move a body to another place, remove its
+    /// [`PreviousPosition`](crate::PreviousPosition), or a frame may show it on its way. Hide particles that are
+    /// [`Dormant`](crate::Dormant).
+    #[must_use]
+    pub const fn with_drawing(self) -> Self {
+        Self { draws: true, ..self }
     }
 }
 
 impl Plugin for InertiaPlugin {
     fn build(&self, app: &mut App) {
-        let world = app.init_schedule(self.schedule).world_mut();
-        let stepper = Stepper::new(world, self.method, self.step);
-        world.schedule_scope(self.schedule, |world, schedule| stepper.install(world, schedule));
+        let Self { method, step, schedule, draws } = *self;
+        let step = if is_fixed(app, schedule) {
+            share_rate(app, step)
+        } else {
+            step.unwrap_or(TimeStep(1.0 / 64.0))
+        };
+        let world = app.init_schedule(schedule).world_mut();
+        let stepper = Stepper::new(world, method, step);
+        world.schedule_scope(schedule, |world, schedule| stepper.install(world, schedule));
+        if draws {
+            draw_bodies(app, schedule);
+        }
     }
 
     /// The pool of the app exists once every plugin is built.

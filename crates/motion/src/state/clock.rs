@@ -7,6 +7,7 @@ use crate::units::Scalar;
 /// Length of a tick, s: finite and at least 0. A tick of length 0, the default, moves nothing, as in a frame in which no time
 /// passes.
 #[derive(Resource, Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect), reflect(Resource))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct TimeStep(pub Scalar);
 

@@ -17,6 +17,7 @@ use crate::units::{Rotation, Scalar, Vector, at_least_0};
 ///
 /// Orientation is a separate component, so that a step moves no byte that it does not use.
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect), reflect(Component))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(transparent))]
 #[component(on_add = body_changed, on_remove = body_changed)]
 #[repr(C)]
@@ -60,6 +61,7 @@ impl Transform {
 ///
 /// Aligned to its size, so that no row crosses a cache line.
 #[derive(Component, Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect), reflect(Component))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(from = "[Scalar; 4]", into = "[Scalar; 4]"))]
 #[repr(C, align(32))]
@@ -141,12 +143,14 @@ impl Force {
 
 /// Orientation of a thing, for drawing and picking. Motion is linear, so that no step reads or writes it.
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect), reflect(Component))]
 pub struct Orientation(pub Rotation);
 
 /// Number of a body in the order of the scene file. Sums, hashes and files are in this order.
 ///
 /// Entity ids are recycled and table rows are swapped on removal, so that neither gives a stable order.
 #[derive(Component, Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect), reflect(Component))]
 pub struct StableId(pub u32);
 
 /// Largest speed of a body, m/s. A faster velocity is scaled down after damping and before the move; its direction
@@ -154,6 +158,7 @@ pub struct StableId(pub u32);
 ///
 /// At least 0; inserting one below panics. The component is immutable: insert another one to change it.
 #[derive(Component, Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect), reflect(Component))]
 #[component(immutable, on_insert = speed_limit_inserted)]
 pub struct SpeedLimit(pub Scalar);
 
@@ -166,6 +171,7 @@ fn speed_limit_inserted(world: DeferredWorld, context: HookContext) {
 /// World axes along which a body cannot move. The velocity along them is set to zero just before the move, after the
 /// speed limit (PhysX, `DyBodyCoreIntegrator.h`). Present only on bodies with a locked axis.
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect), reflect(Component))]
 pub struct AxisLocks {
     /// No motion along x.
     pub x: bool,
@@ -185,9 +191,11 @@ impl AxisLocks {
 
 /// Marks a body on which uniform gravity does not act; every other force and law does.
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect), reflect(Component))]
 pub struct GravityOff;
 
 /// Marks a quarantined body, which would have become non-finite or left the [`Range`](crate::Range). It stays in its
 /// last valid state and every system skips it. [`Quarantine`](crate::Quarantine) says when and why.
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect), reflect(Component))]
 pub struct Quarantined;

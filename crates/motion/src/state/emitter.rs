@@ -76,11 +76,13 @@ impl Emitter {
 /// Within a tick the body counts as moving uniformly, with its velocity at the start of the tick. While the body is removed,
 /// disabled, quarantined or dormant, no particle is born.
 #[derive(Component, Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect), reflect(Component))]
 pub struct RidesOn(pub Entity);
 
 /// Marks a particle that is not born yet or no longer lives. It rests at its emitter, every system skips it, and it is
 /// neither drawn nor picked.
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect), reflect(Component))]
 #[component(on_add = dormant_changed, on_remove = dormant_changed)]
 pub struct Dormant;
 
@@ -105,6 +107,7 @@ pub fn emitters_changed(mut world: DeferredWorld, _: HookContext) {
 
 /// Marks a body of an emitter's pool, living or [`Dormant`].
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect), reflect(Component))]
 pub struct Particle;
 
 /// The particles that an emitter has emitted so far. Every [`Emitter`] has one.

@@ -7,6 +7,7 @@ use crate::units::Vector;
 
 /// Position of a body at the start of the last tick, m. Present only in runs that draw between ticks.
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect), reflect(Component))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct PreviousPosition(pub Vector);

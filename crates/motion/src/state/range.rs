@@ -12,6 +12,7 @@ use crate::units::Scalar;
 /// [`integrate_velocity`](crate::systems::integrate_velocity) check separately, so that a schedule with a range runs
 /// both in one pass.
 #[derive(Resource, Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect), reflect(Resource))]
 pub struct Range {
     /// Largest magnitude of a coordinate of a position, m, above 0.
     pub position: Scalar,

@@ -17,6 +17,7 @@ use crate::units::at_least_0;
 /// ends are nearer than L0. It tightens and slackens within a step: a group with cords ends a step there and takes the
 /// rest as another one, so that every method keeps its order.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect))]
 pub struct Elastic {
     /// Stiffness k, N/m, at least 0.
     pub stiffness: f64,
@@ -63,6 +64,7 @@ impl Elastic {
 /// The spring is inert if an end no longer exists, has no physics, is disabled or quarantined, or is a particle of an
 /// [`Emitter`](crate::Emitter), which is logged. The first tick panics if a number is below 0.
 #[derive(Component, Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect), reflect(Component))]
 #[component(immutable, on_insert = structure_changed, on_discard = structure_changed)]
 pub struct Spring {
     /// The bodies that the spring joins.

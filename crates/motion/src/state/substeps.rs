@@ -8,6 +8,7 @@ use crate::state::coupling::structure_changed;
 
 /// Substeps per tick of every body without [`OwnSubsteps`], from 1 to [`Substeps::MOST`].
 #[derive(Resource, Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect), reflect(Resource))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Substeps(pub u32);
 
@@ -40,6 +41,7 @@ impl Default for Substeps {
 /// Substeps per tick of this body, from 1 to [`Substeps::MOST`]; inserting another number panics. Present only on bodies with
 /// their own number.
 #[derive(Component, Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect), reflect(Component))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[component(on_insert = own_substeps_inserted, on_discard = structure_changed)]
 pub struct OwnSubsteps(pub u32);

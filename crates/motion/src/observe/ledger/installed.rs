@@ -66,14 +66,22 @@ fn end_tick(world: &mut World) {
 #[cfg(feature = "bevy")]
 #[derive(Clone, Copy, Debug)]
 pub struct LedgerPlugin {
-    /// The schedule of the physics.
-    pub schedule: bevy_ecs::schedule::InternedScheduleLabel,
+    schedule: bevy_ecs::schedule::InternedScheduleLabel,
 }
 
 #[cfg(feature = "bevy")]
 impl Default for LedgerPlugin {
     fn default() -> Self {
         Self { schedule: crate::InertiaPlugin::default().schedule }
+    }
+}
+
+#[cfg(feature = "bevy")]
+impl LedgerPlugin {
+    /// In the [schedule](crate::InertiaPlugin::in_schedule) of the physics, if that is another than the default one.
+    #[must_use]
+    pub fn in_schedule(schedule: impl bevy_ecs::schedule::ScheduleLabel) -> Self {
+        Self { schedule: schedule.intern() }
     }
 }
 
