@@ -59,7 +59,7 @@ fn every_method_is_counted_in_the_readme_and_has_a_planet_in_the_race() {
     assert!(read("README.md").contains(&said), "README.md does not say {said:?}");
     let race = scene::load("orbits_race").unwrap();
     let planets = race.bodies.iter().filter_map(|body| body.method).collect::<Vec<_>>();
-    for claims in &METHODS {
+    for claims in METHODS {
         assert!(
             planets.contains(&claims.method),
             "no planet of orbits_race moves by {}",

@@ -12,7 +12,7 @@ use bevy_ecs::prelude::*;
 use glam::DVec3;
 use motion::clock::StepClock;
 use motion::effects::{Effect, EffectState};
-use motion::groups::Groups;
+use motion::internals::Groups;
 use motion::snapshot;
 use motion::{
     Damping, DampingModel, DampingRate, Dormant, Drag, Emission, Evaluations, Forces, Laws, Method,

@@ -6,7 +6,7 @@ use bevy_ecs::prelude::*;
 use glam::DVec3;
 use history::Simulation;
 use motion::effects::Effect;
-use motion::groups::Solver;
+use motion::internals::Solver;
 use motion::{
     BodyState, Damping, DampingModel, Dormant, EvaluationTime, ForceCause, Jacobians, Laws,
     METHODS, Method, OwnLaws, PhysicsBody, Push, PushQueue, Quarantined, Request, Requests,

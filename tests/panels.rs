@@ -1,7 +1,7 @@
 //! Panels: when they are closed, what they take from the scene and what they leave to it.
 
 use glam::DVec2;
-use motion::groups::Solver;
+use motion::internals::Solver;
 use motion::{Gravity, Method};
 use sandbox::actions::{Act, BINDINGS};
 use sandbox::input::{Button, Input};

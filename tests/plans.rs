@@ -192,7 +192,7 @@ fn resources_of_undeclared_effects_are_not_there() {
         assert_eq!(world.contains_resource::<Drag>(), drags, "{name}");
         assert_eq!(world.contains_resource::<Wells>(), scene.laws.wells.is_some(), "{name}");
         let coupled = declares(scene, Effect::Springs) || declares(scene, Effect::MutualGravity);
-        assert_eq!(world.contains_resource::<motion::groups::Groups>(), coupled, "{name}");
+        assert_eq!(world.contains_resource::<motion::internals::Groups>(), coupled, "{name}");
     }
 }
 

@@ -156,7 +156,7 @@ fn the_plan_of_one_pass_visits_the_same_bits_as_the_two_loops() {
     let mut scene = scene::load("thousand").unwrap();
     scene.damping = Some(Damping::TUTORIAL);
     let mut drive = Drive::of(scene);
-    assert_eq!(drive.session.stage.sim().stepper.plan().passes, motion::Passes::One);
+    assert_eq!(drive.session.stage.sim().stepper.plan().passes, motion::internals::Passes::One);
     let mut copy = bodies(&drive.session.stage);
     assert_eq!(copy.len(), 1001);
     for tick in 0..300_u32 {

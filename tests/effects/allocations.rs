@@ -5,7 +5,7 @@ use std::cell::Cell;
 
 use bevy_ecs::prelude::*;
 use motion::effects::Effect;
-use motion::groups::Solver;
+use motion::internals::Solver;
 use motion::{Method, PushQueue};
 
 use super::{COUPLED, LOCAL, lab_of, world_of};
@@ -162,7 +162,7 @@ fn groups_side_by_side_allocate_nothing_in_a_steady_tick() {
     for method in Method::ALL {
         let mut lab = posts(method);
         lab.run(20);
-        assert_eq!(lab.world.resource::<motion::groups::Groups>().side_by_side(), 40);
+        assert_eq!(lab.world.resource::<motion::internals::Groups>().side_by_side(), 40);
         assert_eq!(allocations(&mut lab, 50), 0, "{}", method.name());
     }
 }
@@ -197,7 +197,7 @@ fn effects_that_nobody_declares_have_no_resource_no_column_and_no_system() {
     assert!(
         !world.contains_resource::<motion::Drag>() && !world.contains_resource::<motion::Wells>()
     );
-    assert!(!world.contains_resource::<motion::groups::Groups>());
+    assert!(!world.contains_resource::<motion::internals::Groups>());
     let absent = [
         world.register_component::<motion::OwnLaws>(),
         world.register_component::<motion::SpeedLimit>(),

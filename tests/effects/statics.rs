@@ -3,7 +3,7 @@
 use bevy_ecs::prelude::*;
 use bevy_ecs::system::RunSystemOnce as _;
 use motion::clock::StepClock;
-use motion::systems::{Bodies, Unmarked};
+use motion::internals::{Bodies, Unmarked};
 use motion::units::Vector;
 use motion::{
     Damping, Drag, Elastic, Gravity, Method, PhysicsBody, PushQueue, Request, Static, Transform,

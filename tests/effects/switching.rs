@@ -3,10 +3,11 @@
 use bevy_ecs::prelude::*;
 use history::Simulation;
 use motion::effects::{Effect, EffectState, NeverDeclared};
+use motion::internals::StepPlan;
 use motion::units::Vector;
 use motion::{
     Damping, DampingModel, DampingRate, Drag, Elastic, Gravity, Method, MutualGravity, OwnLaws,
-    PhysicsBody, Request, SpeedLimit, Spring, StepPlan, Stepper, TimeStep, Wells,
+    PhysicsBody, Request, SpeedLimit, Spring, Stepper, TimeStep, Wells,
 };
 use scene::Scene;
 

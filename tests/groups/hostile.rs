@@ -1,7 +1,7 @@
 //! Springs and members that break: who was first is quarantined, and no other notices.
 
 use glam::DVec3;
-use motion::groups::Solver;
+use motion::internals::Solver;
 use motion::{
     Cause, Curve, Damping, DampingModel, Drag, Elastic, EvaluationTime, Fault, Method,
     MutualGravity, OwnLaws, Request, SoftBody, Thrust, Wind,
@@ -321,9 +321,9 @@ fn a_spring_waits_for_no_one() {
         rig.run(3);
         rig.spring([added, first], elastic(10.0, 1.0));
         rig.run(3);
-        assert_eq!(rig.world.resource::<motion::groups::Groups>().bodies(), 2, "{method:?}");
+        assert_eq!(rig.world.resource::<motion::internals::Groups>().bodies(), 2, "{method:?}");
         rig.ask(Request::Remove(added)).run(3);
-        assert_eq!(rig.world.resource::<motion::groups::Groups>().bodies(), 1, "{method:?}");
+        assert_eq!(rig.world.resource::<motion::internals::Groups>().bodies(), 1, "{method:?}");
         assert!(rig.x(1).is_finite() && rig.x(1).length() < 3.0, "{method:?}");
     }
 }

@@ -1,7 +1,7 @@
 //! Implicit Euler steps of groups: stiff springs, conjugate gradients, and what they must not break.
 
 use glam::DVec3;
-use motion::groups::Solver;
+use motion::internals::Solver;
 use motion::{AxisLocks, Elastic, Method};
 
 use crate::rigs::{Dice, Environment, Lab, Net, Start, chain, elastic, net::H};

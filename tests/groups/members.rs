@@ -2,7 +2,7 @@
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
-use motion::groups::Solver;
+use motion::internals::Solver;
 use motion::{
     AxisLocks, Curve, Damping, DampingModel, DampingRate, Drag, Elastic, Gravity, GravityOff,
     METHODS, Method, OwnLaws, Request, SpeedLimit, Thrust, Well, Wells, Wind,
@@ -200,7 +200,7 @@ impl Halves {
 #[test]
 fn every_switch_of_the_method_goes_on_with_the_lower_order_of_the_two() {
     let halves = Halves::new(|_, _| {});
-    for from in &METHODS {
+    for from in METHODS {
         for to in METHODS.iter().filter(|to| to.method != from.method) {
             let lowest = from.position_order.min(to.position_order);
             let order = halves.order(lowest, from.method, &[], |rig| rig.set_method(to.method));
@@ -264,7 +264,7 @@ fn requests_on_members_keep_the_order_of_the_method() {
     for (name, exactly, change) in CHANGES {
         let halves = Halves::new(exactly);
         let but: &[usize] = if name == "removed" { &[3] } else { &[] };
-        for claims in &METHODS {
+        for claims in METHODS {
             // Position Verlet cannot know what is gone: half of the last step's kick is then without it.
             let forgets = name == "removed" && claims.method == Method::PositionVerlet;
             let claimed = if forgets { 1 } else { claims.position_order };

@@ -1,7 +1,7 @@
 //! The order of every method on every problem of coupled bodies, position and velocity apart.
 
 use glam::DVec3;
-use motion::groups::Solver;
+use motion::internals::Solver;
 use motion::{Claims, Damping, DampingModel, METHODS, Method, MutualGravity, OwnLaws};
 
 use super::manufactured::manufactured;
@@ -260,7 +260,7 @@ fn a_post_that_moves_holds_what_is_damped() {
         Problem { velocity_laws: true, ..problem }
     };
     let (slowed, steady) = (problem(0.8), problem(0.0));
-    for claims in &METHODS {
+    for claims in METHODS {
         let inside = [Method::ExplicitEuler, Method::SemiImplicitEuler].contains(&claims.method);
         if inside { &slowed } else { &steady }.check(claims, None);
     }

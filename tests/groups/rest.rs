@@ -1,7 +1,7 @@
 //! What hangs at rest stays at rest, also far from the origin.
 
 use glam::DVec3;
-use motion::groups::Solver;
+use motion::internals::Solver;
 use motion::{Damping, DampingModel, Method, Request};
 
 use crate::rigs::{Environment, Lab, Net, Start, chain, elastic, net::H};

@@ -3,7 +3,7 @@
 use bevy_ecs::prelude::*;
 use glam::DVec3;
 use motion::effects::Effect;
-use motion::groups::{Groups, Solver};
+use motion::internals::{Groups, Solver};
 use motion::ledger::Ledger;
 use motion::snapshot;
 use motion::{

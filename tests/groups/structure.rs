@@ -2,7 +2,7 @@
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
-use motion::groups::Groups;
+use motion::internals::Groups;
 use motion::{
     Damping, DampingModel, Drag, Elastic, Link, Method, MutualGravity, OwnSubsteps, PhysicsBody,
     Request, SoftBody, Spring, StableId, Transform,

@@ -1,7 +1,7 @@
 //! Air: on sheets along their normals, on points from all sides, and wind with gusts.
 
 use glam::DVec3;
-use motion::groups::Solver;
+use motion::internals::Solver;
 use motion::{Affine, BodyState, Drag, EvaluationTime, Law, METHODS, Method, Request, Wind};
 
 use crate::rigs::{Dice, Environment, Net, Start, State, elastic, extrapolated, net::H};
@@ -234,7 +234,7 @@ fn a_cloth_in_gusts_is_integrated_with_the_order_of_the_method() {
         (0..9).map(|i| (air[i] + springs[i]) * net.bodies[i].w).collect()
     };
     let exact = extrapolated(&net.start(), 0.5, 1, 1 << 11, a).pop().unwrap();
-    for claims in &METHODS {
+    for claims in METHODS {
         let error = |steps: u32| {
             let mut rig = net.soft(
                 &triangles,
@@ -303,7 +303,7 @@ fn steady_linear_wind_is_an_affine_law_and_carries_points_along() {
     assert!(a.distance((velocity - DVec3::Y) * c) <= 1e-15);
     let v0 = DVec3::new(-1.0, 2.0, 0.0);
     let around = Environment { drag: Some(drag), ..Environment::default() };
-    for claims in &METHODS {
+    for claims in METHODS {
         // A single point, and a member of a group.
         let bodies = vec![Start::of(2.0, DVec3::ZERO, v0), Start::of(1.0, DVec3::X, v0)];
         for springs in [vec![], vec![([0, 1], elastic(0.0, 1.0))]] {

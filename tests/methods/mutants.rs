@@ -6,7 +6,8 @@ mod broken;
 
 use crate::rigs::Bare;
 use glam::DVec3;
-use motion::{Axes, BLOCK_BODIES, BodyBlock, BodyState, EvaluationTime, Gravity, Jacobians, Law};
+use motion::internals::{Axes, BLOCK_BODIES, BodyBlock};
+use motion::{BodyState, EvaluationTime, Gravity, Jacobians, Law};
 
 use super::pushes::{check_gravity, check_passes_over};
 use super::{Check, Stepper, damping, fingerprint, orders, pushes, verlet};

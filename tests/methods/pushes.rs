@@ -1,7 +1,8 @@
 //! Forces of one tick, gravity that is switched, and masses.
 
 use glam::DVec3;
-use motion::{BLOCK_BODIES, BodyBlock, Drag, Gravity, Law, Method, Well, Wells};
+use motion::internals::{BLOCK_BODIES, BodyBlock};
+use motion::{Drag, Gravity, Law, Method, Well, Wells};
 
 use super::problems::sun;
 use super::{Check, SKEW, Stepper, all_pass, position, velocity, within};

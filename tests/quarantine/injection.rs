@@ -7,7 +7,7 @@ use bevy_ecs::prelude::*;
 use bevy_ecs::system::SystemState;
 use glam::DVec3;
 use history::Simulation;
-use motion::groups::Grouped;
+use motion::internals::Grouped;
 use motion::snapshot::LastStep;
 use motion::{
     Damping, DampingModel, DampingRate, Dormant, Fault, Forces, Method, OwnLaws, Particle,
@@ -104,7 +104,7 @@ impl Victim {
         let laws = own.iter(&rig.world).flat_map(OwnLaws::laws);
         carriers.extend(laws.filter_map(|law| law.riding_well()).map(RidingWell::carrier));
         all.retain(|(_, body)| !carriers.contains(body));
-        let springs = rig.world.contains_resource::<motion::groups::Groups>();
+        let springs = rig.world.contains_resource::<motion::internals::Groups>();
         for (id, body) in all {
             let entity = rig.world.entity(body);
             let rests = entity.contains::<Static>();

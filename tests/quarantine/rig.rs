@@ -4,7 +4,7 @@ use bevy_ecs::prelude::*;
 use bevy_ecs::schedule::SingleThreadedExecutor;
 use history::Simulation;
 use motion::clock::StepClock;
-use motion::systems::step_systems;
+use motion::internals::step_systems;
 use motion::{
     Gravity, PhysicsBody, PreviousPosition, Quarantine, QuarantineRecord, StableId, TimeStep,
     Transform, remember_positions,

@@ -2,7 +2,7 @@
 
 use crate::rigs::Bare;
 use glam::DVec3;
-use motion::groups::Solver;
+use motion::internals::Solver;
 use motion::{
     BodyState, Curve, Damping, Drag, EvaluationTime, Gravity, Jacobians, Law, Method,
     MutualGravity, PhysicsBody, Substeps, Thrust, Transform, Well, Wells,

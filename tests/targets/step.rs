@@ -6,7 +6,7 @@ use bevy_ecs::prelude::*;
 use glam::DVec3;
 use history::Simulation;
 use motion::effects::Effect;
-use motion::groups::compile_groups;
+use motion::internals::compile_groups;
 use motion::{
     Damping, DampingModel, Fault, Method, PhysicsBody, Quarantine, Request, StableId, Transform,
 };

@@ -113,7 +113,7 @@ pub fn markdown() -> String {
     let row = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
     let mut table = row(columns.iter().map(|column| column.heading.to_owned()).collect());
     table += &row(columns.iter().map(|_| "---".to_owned()).collect());
-    for claims in &METHODS {
+    for claims in METHODS {
         let cells = columns.iter().map(|column| column.text(claims));
         table += &row(cells
             .enumerate()

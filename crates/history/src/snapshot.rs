@@ -9,9 +9,10 @@ mod restore;
 use std::collections::HashMap;
 
 use bevy_ecs::prelude::*;
+use motion::internals::values;
 use motion::snapshot;
 use motion::units::Vector;
-use motion::{Evaluations, Method, PhysicsBody, QuarantineRecord, StableId, Transform, values};
+use motion::{Evaluations, Method, PhysicsBody, QuarantineRecord, StableId, Transform};
 use scene::lists::list_bytes;
 use scene::{EmitterSpec, FileIndex, Part, Scene};
 use serde::{Deserialize, Serialize};

@@ -4,8 +4,9 @@
 use bevy_ecs::prelude::*;
 use history::Simulation;
 use motion::effects::{Effect, EffectState, column_bytes};
+use motion::internals::values;
 use motion::snapshot::{LastAcceleration, LastStep};
-use motion::{Dormant, Method, OwnMethod, PhysicsBody, Quarantined, Static, own_method, values};
+use motion::{Dormant, Method, OwnMethod, PhysicsBody, Quarantined, Static, own_method};
 use scene::{Declaration, Scene};
 
 use crate::run::{ByEffect, started, step_times};

@@ -16,10 +16,10 @@ use bevy_ecs::prelude::*;
 use bevy_ecs::schedule::SingleThreadedExecutor;
 use cpu_time::ThreadTime;
 use motion::effects::Effect;
-use motion::methods::SemiImplicitEuler;
-use motion::systems::{
+use motion::internals::{
     apply_forces, clear_forces, insert_step_resources, integrate_in_one_pass, quarantine_bodies,
 };
+use motion::methods::SemiImplicitEuler;
 use motion::units::Vector;
 use motion::{
     AxisLocks, Damping, Dormant, Drag, Elastic, Emitter, Gravity, Method, MutualGravity,

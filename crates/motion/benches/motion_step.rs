@@ -14,13 +14,12 @@ use common::{avx2_or_plain, compare};
 use cpu_time::ThreadTime;
 use criterion::measurement::{Measurement, ValueFormatter, WallTime};
 use criterion::{BenchmarkId, Criterion, Throughput};
-use motion::systems::{
+use motion::internals::{Passes, StepPlan};
+use motion::internals::{
     insert_step_resources, integrate_acceleration, integrate_velocity, step_schedule,
 };
 use motion::units::Vector;
-use motion::{
-    Damping, Force, Gravity, Passes, PhysicsBody, PushQueue, StepPlan, TimeStep, Transform,
-};
+use motion::{Damping, Force, Gravity, PhysicsBody, PushQueue, TimeStep, Transform};
 
 const H: f64 = 1.0 / 120.0;
 const SIZES: [usize; 6] = [1, 100, 1_000, 10_000, 100_000, 1_000_000];

@@ -9,11 +9,11 @@ use std::marker::PhantomData;
 use bevy_ecs::prelude::*;
 use bevy_ecs::schedule::SingleThreadedExecutor;
 use common::{Contestant, compare};
+use motion::internals::{
+    apply_forces, clear_forces, insert_step_resources, integrate_in_one_pass, quarantine_bodies,
+};
 use motion::methods::{
     Field, Integrator, MethodStateKind, RungeKutta4, SemiImplicitEuler, StepState, VelocityVerlet,
-};
-use motion::systems::{
-    apply_forces, clear_forces, insert_step_resources, integrate_in_one_pass, quarantine_bodies,
 };
 use motion::units::Vector;
 use motion::{Damping, Gravity, Method, PhysicsBody, TimeStep, Transform};

@@ -28,17 +28,15 @@ pub fn spawn(world: &mut World) {
     let left = world.spawn((StableId(1), at(4.0), PhysicsBody::with_mass(1.0))).id();
     let right =
         world.spawn((Watched("right"), StableId(2), at(6.0), PhysicsBody::with_mass(1.0))).id();
-    let elastic = Elastic { stiffness: 20.0, damping: 0.1, rest_length: 1.0, pull_only: false };
+    let elastic = Elastic::new(20.0, 1.0).damped(0.1);
     world.spawn(Spring { ends: [left, right], elastic });
-    // A pool that is large enough for the drops that live at once.
-    let pool: Vec<_> = (0..24)
-        .map(|drop| {
-            world.spawn((StableId(3 + drop), at(-4.0), PhysicsBody::with_mass(0.01), Dormant)).id()
-        })
-        .collect();
-    let launches = (0..24).map(|drop| Vector::new(0.1 * f64::from(drop), 6.0, 0.0)).collect();
-    let position = Vector::new(-4.0, 10.0, 0.0);
-    world.spawn(Emitter { rate: 40.0, life: 0.5, position, pool, launches, inverse_mass: 100.0 });
+    let mut ids = (3..).map(StableId);
+    let launches = (0..20).map(|drop| Vector::new(0.1 * f64::from(drop), 6.0, 0.0)).collect();
+    let fountain =
+        Emitter::new(40.0, 0.5, launches).at(Vector::new(-4.0, 10.0, 0.0)).with_mass(0.01);
+    let fountain = fountain
+        .with_pool(|| world.spawn((ids.next().expect("endless"), PhysicsBody::IMMOVABLE)).id());
+    world.spawn(fountain);
 }
 
 /// A system of your own that adds forces in every tick.

@@ -76,6 +76,7 @@ pub(crate) use with_laws_of_tests;
 
 /// The time at which a law is evaluated, and on which side of a discontinuity.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub struct EvaluationTime {
     /// Time of the evaluation, s.
     pub time: f64,
@@ -84,8 +85,17 @@ pub struct EvaluationTime {
     pub within_step: f64,
 }
 
+impl EvaluationTime {
+    /// A time, s, that is no jump of a law.
+    #[must_use]
+    pub const fn at(time: f64) -> Self {
+        Self { time, within_step: time }
+    }
+}
+
 /// The state of a body at which a law is evaluated.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub struct BodyState {
     /// Position, m.
     pub position: Vector,
@@ -93,6 +103,14 @@ pub struct BodyState {
     pub velocity: Vector,
     /// Reciprocal of the mass, 1/kg, above 0: laws are not evaluated for immovable bodies.
     pub inverse_mass: f64,
+}
+
+impl BodyState {
+    /// The state of a body of `mass`, kg, above 0, at `position`, m, with `velocity`, m/s.
+    #[must_use]
+    pub const fn new(position: Vector, velocity: Vector, mass: f64) -> Self {
+        Self { position, velocity, inverse_mass: 1.0 / mass }
+    }
 }
 
 /// Derivatives of an acceleration a by position and velocity, for implicit methods.
@@ -196,6 +214,7 @@ pub trait Law: Debug + Send + Sync + 'static {
     }
 
     /// The formula by which a graphics device evaluates the law for its particles; `None` if it has none. An affine law has one.
+    #[doc(hidden)]
     fn device_form(&self) -> Option<DeviceForm<'_>> {
         self.affine().map(DeviceForm::Affine)
     }
@@ -225,7 +244,8 @@ pub trait Law: Debug + Send + Sync + 'static {
 
     /// Adds the accelerations of a block of bodies to `sum`, m/s². Bodies of inverse mass 0 are skipped.
     ///
-    /// There is one call per block and stage. A law may override this with something faster that gives the same bits.
+    /// There is one call per block and stage. The laws of this crate override this with something faster that gives the same bits.
+    #[doc(hidden)]
     fn accelerate(&self, at: EvaluationTime, bodies: &BodyBlock<'_>, sum: &mut Axes) {
         bodies.add_each(
             sum,

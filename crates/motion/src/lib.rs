@@ -41,14 +41,14 @@
 //! - [`methods`]: the methods, and [`METHODS`], the table of their claims.
 //! - `kernels`: one tick of a block of bodies by a method.
 //! - `tick`: the systems that integrate single bodies, and [`Quarantine`] of those that fail.
-//! - [`groups`]: bodies joined by springs or mutual gravity, integrated together.
-//! - `schedule`: [`Stepper`], [`StepPlan`], [`Requests`], emission and [`effects`]; with the feature `bevy` also the plugin.
+//! - `groups`: bodies joined by springs or mutual gravity, integrated together.
+//! - `schedule`: [`Stepper`], [`Requests`], emission and [`effects`]; with the feature `bevy` also the plugin.
 //! - [`snapshot`]: the state of a world between two ticks, taken out and put back.
 //! - `observe`: [`ledger`], [`margin`], [`forces_on`] and [`totals`](totals()), which read a world and change nothing.
 
 #![cfg_attr(test, allow(clippy::wildcard_enum_match_arm, reason = "a test is of some of them"))]
 
-pub mod groups;
+mod groups;
 mod kernels;
 mod laws;
 #[cfg(feature = "serde")]
@@ -70,7 +70,10 @@ pub use glam;
 pub use kernels::evaluations::{Evaluations, Iterations};
 pub use laws::damping::{Damping, DampingModel, DampingRate};
 pub use laws::own::OwnLaws;
-pub use laws::*;
+pub use laws::{
+    Affine, Air, BodyDrag, BodyState, Curve, Drag, EvaluationTime, Gravity, Jacobians, LAWS, Law,
+    Laws, MutualGravity, RidingWell, SourceMass, Thrust, Well, Wells, Wind, WorldLaws, laws,
+};
 pub use methods::markers::{OwnMethod, mark_method, own_method};
 pub use methods::table::{Claims, METHODS, Method};
 pub use observe::forces_on::{
@@ -79,26 +82,23 @@ pub use observe::forces_on::{
 pub use observe::law_texts::LawTexts;
 pub use observe::oscillator::BodyOscillator;
 pub use observe::totals::{KineticEnergy, Totals, totals};
-pub use schedule::backend::ParticleBackend;
 #[cfg(feature = "bevy")]
 pub use schedule::drawing::FloatingOrigin;
-pub use schedule::emission::{DueParticles, due_particles};
-pub use schedule::plan::{OutsideMethod, Passes, StepPlan};
 #[cfg(feature = "bevy")]
 pub use schedule::plugin::InertiaPlugin;
 pub use schedule::requests::{Request, Requests};
 pub use schedule::stepper::Stepper;
 pub use schedule::systems::StepSystems;
-pub use state::archetypes::values;
 pub use state::clock::TimeStep;
 pub use state::components::{
     AxisLocks, Force, GravityOff, Orientation, PhysicsBody, Quarantined, SpeedLimit, StableId,
     Transform,
 };
-pub use state::emitter::{Dormant, Emission, Emitter, Particle, RidesOn, emitters_changed};
+pub use state::emitter::{Dormant, Emission, Emitter, Particle, RidesOn};
 pub use state::forces::{Forces, Push, PushQueue};
 pub use state::previous_position::{PreviousPosition, remember_positions};
 pub use state::range::Range;
+pub use state::soft_form::SoftForm;
 pub use state::springs::{Elastic, Link, SoftBody, Spring};
 pub use state::static_bodies::Static;
 pub use state::substeps::{OwnSubsteps, Substeps};
@@ -143,12 +143,19 @@ pub mod ledger {
     pub use crate::observe::ledger::{Energies, Ledger, LedgerLines, LedgerTotals};
 }
 
-/// The systems of a tick one by one, for tests and for schedules that [`Stepper`] does not make.
-pub mod systems {
-    pub use crate::schedule::emission::emit_particles;
+/// The inside of the crate, as its tests, its benchmarks and the other crates of its family use it. Any release may change it.
+#[doc(hidden)]
+pub mod internals {
+    pub use crate::groups::{Grouped, Groups, Sets, Solver, compile_groups};
+    pub use crate::laws::{Axes, BLOCK_BODIES, BodyBlock, DeviceForm, device_forms};
+    pub use crate::schedule::backend::ParticleBackend;
+    pub use crate::schedule::emission::{DueParticles, due_particles, emit_particles};
+    pub use crate::schedule::plan::{Passes, StepPlan};
     pub use crate::schedule::systems::{
         apply_forces, clear_forces, insert_step_resources, step_schedule, step_systems,
     };
+    pub use crate::state::archetypes::values;
+    pub use crate::state::emitter::emitters_changed;
     pub use crate::tick::environment::{EnvironmentParam, TickOutput};
     pub use crate::tick::integrate::{
         Bodies, Unmarked, integrate_acceleration, integrate_in_one_pass, integrate_velocity,

@@ -129,6 +129,7 @@ impl<F: Field> Default for StepState<F> {
 
 /// The kind of method state that a method has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub enum MethodStateKind {
     /// Nothing.
     None,
@@ -195,14 +196,14 @@ macro_rules! with_method {
     (@tabulate $($each:ident)*) => {
         /// A method of integration.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        #[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
         pub enum Method {
             $(#[doc = concat!("The method [`", stringify!($each), "`](crate::methods::", stringify!($each), ").")]
             $each,)*
         }
 
         /// One row per method, in the order of [`Method`].
-        pub const METHODS: [Claims; [$(stringify!($each)),*].len()] =
-            [$($crate::methods::$each::CLAIMS),*];
+        pub const METHODS: &[Claims] = &[$($crate::methods::$each::CLAIMS),*];
     };
     (@each $method:expr, $name:ident => $do:expr; $($each:ident)*) => {
         match $method {

@@ -14,7 +14,7 @@
 //! world.insert_resource(Gravity::EARTH);
 //! let ball = |x| (Transform::at(Vector::X * x), PhysicsBody::with_mass(1.0));
 //! let ends = [world.spawn(ball(0.0)).id(), world.spawn(ball(2.0)).id()];
-//! world.spawn(Spring { ends, elastic: Elastic { stiffness: 50.0, damping: 0.1, rest_length: 1.0, pull_only: false } });
+//! world.spawn(Spring { ends, elastic: Elastic::new(50.0, 1.0).damped(0.1) });
 //! let mut stepper = Stepper::new(&mut world, Method::PositionVerlet, TimeStep(1.0 / 120.0));
 //! let second = |world: &mut World, stepper: &mut Stepper| {
 //!     (0..120).for_each(|_| stepper.tick(world));
@@ -95,6 +95,7 @@ pub use crate::state::switched_off::{Off, OffResource, SpringsOff};
         deserialize = "B: Default + Deserialize<'de>, Bodies: Default + Deserialize<'de>, Log: Default + Deserialize<'de>"
     ))
 )]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub struct Snapshot<B = Entity, Bodies = Vec<B>, Log = NoLog> {
     /// The clock of ticks.
     pub clock: ClockState,
@@ -185,6 +186,7 @@ pub struct NoLog;
 /// Gravity and damping of a world, and which effects are off.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(default))]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub struct Effects {
     /// Gravity, if it is declared.
     pub gravity: Option<Gravity>,
@@ -197,7 +199,7 @@ pub struct Effects {
 
 /// Why a snapshot was not restored.
 #[derive(Clone, Debug, PartialEq, Eq)]
-#[non_exhaustive]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub enum RestoreError {
     /// The world has other bodies or emitters.
     Mismatch(Mismatch),
@@ -235,6 +237,7 @@ impl std::error::Error for RestoreError {}
 
 /// The bodies or emitters in which a world and a snapshot differ.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub struct Mismatch {
     /// Bodies and emitters of the snapshot that the world lacks.
     pub missing: Vec<Entity>,

@@ -11,6 +11,7 @@ pub(crate) mod forces;
 pub(crate) mod method_state;
 pub(crate) mod previous_position;
 pub(crate) mod range;
+pub(crate) mod soft_form;
 pub(crate) mod springs;
 pub(crate) mod static_bodies;
 pub(crate) mod substeps;

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use motion::AxisLocks;
 use motion::effects::Effect;
-use motion::groups::Sets;
+use motion::internals::Sets;
 
 use crate::entries::Entry;
 use crate::scene::coupled::{EmitterSpec, SoftBodySpec, SpringSpec};

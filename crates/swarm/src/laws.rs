@@ -3,9 +3,10 @@
 use std::sync::Arc;
 
 use bevy_ecs::prelude::*;
+use motion::internals::{DeviceForm, device_forms};
 use motion::lists::list;
 use motion::units::Vector;
-use motion::{Affine, Damping, DampingModel, DeviceForm, Well, device_forms};
+use motion::{Affine, Damping, DampingModel, Well};
 use serde::{Deserialize, Deserializer, Serialize};
 use smallvec::SmallVec;
 

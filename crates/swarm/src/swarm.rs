@@ -6,12 +6,10 @@ use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
 use bevy_ecs::world::DeferredWorld;
 use motion::clock::StepClock;
+use motion::internals::{DueParticles, ParticleBackend, due_particles, emitters_changed, values};
 use motion::snapshot::Off;
 use motion::units::Vector;
-use motion::{
-    DueParticles, Emitter, Method, ParticleBackend, Substeps, TimeStep, due_particles,
-    emitters_changed, values,
-};
+use motion::{Emitter, Method, Substeps, TimeStep};
 
 use crate::laws::{SwarmLaws, single};
 use crate::log::{SwarmLog, SwarmTick};

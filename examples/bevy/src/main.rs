@@ -31,8 +31,7 @@ fn spawn(mut commands: Commands) {
     ball(0, "free", 0.0);
     ball(1, "pushed", 2.0);
     let ends = [ball(2, "left", 4.0), ball(3, "right", 6.0)];
-    let elastic = Elastic { stiffness: 20.0, damping: 0.1, rest_length: 1.0, pull_only: false };
-    commands.spawn(Spring { ends, elastic });
+    commands.spawn(Spring { ends, elastic: Elastic::new(20.0, 1.0).damped(0.1) });
 }
 
 /// 60 N upward for one tick, as a click would.

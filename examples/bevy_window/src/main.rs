@@ -16,13 +16,22 @@ fn spawn(
     let (ball, color) = (meshes.add(Sphere::new(0.3)), materials.add(Color::srgb(0.9, 0.5, 0.2)));
     for number in 0..1000_u32 {
         let [x, y, z] = [number % 10, number / 10 % 10, number / 100].map(|i| f64::from(i) - 4.5);
-        let home = commands.spawn((motion::Transform::at(Vector::new(x, y, z)), PhysicsBody::IMMOVABLE)).id();
+        let home = commands
+            .spawn((motion::Transform::at(Vector::new(x, y, z)), PhysicsBody::IMMOVABLE))
+            .id();
         let body = (motion::Transform::at(Vector::new(x, y, z)), PhysicsBody::with_mass(1.0));
-        let ball = commands.spawn((Ball, body, Mesh3d(ball.clone()), MeshMaterial3d(color.clone()))).id();
+        let ball =
+            commands.spawn((Ball, body, Mesh3d(ball.clone()), MeshMaterial3d(color.clone()))).id();
         commands.spawn(Spring { ends: [home, ball], elastic: Elastic::new(20.0, 0.0).damped(1.0) });
     }
-    commands.spawn((Camera3d::default(), Transform::from_xyz(9.0, 6.0, 16.0).looking_at(Vec3::ZERO, Vec3::Y)));
-    commands.spawn((DirectionalLight::default(), Transform::default().looking_to(Vec3::new(-1.0, -2.0, -1.5), Vec3::Y)));
+    commands.spawn((
+        Camera3d::default(),
+        Transform::from_xyz(9.0, 6.0, 16.0).looking_at(Vec3::ZERO, Vec3::Y),
+    ));
+    commands.spawn((
+        DirectionalLight::default(),
+        Transform::default().looking_to(Vec3::new(-1.0, -2.0, -1.5), Vec3::Y),
+    ));
 }
 
 fn blow(keys: Res<ButtonInput<KeyCode>>, mut forces: Forces, balls: Query<Entity, With<Ball>>) {

@@ -5,7 +5,7 @@
 use glam::DVec3;
 use history::Simulation;
 use motion::Method;
-use motion::groups::Groups;
+use motion::internals::Groups;
 
 use super::record::{Counts, Failure};
 

@@ -18,6 +18,7 @@ pub struct Evaluations {
 
 /// Counts of iterations, and of steps that did not converge.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub struct Iterations {
     /// Newton iterations of implicit steps.
     pub newton: u64,

@@ -23,6 +23,7 @@ use crate::units::{Scalar, at_least_0};
 /// | `Exact` | 0 | that of the method (order 1) |
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect))]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub enum DampingModel {
     /// `v *= 1 - q` after the move, unclamped, as in the tutorial. The sign flips above q = 1 and the speed diverges
     /// above q = 2. The body moves at the correct terminal speed a / c and stores (1 - q) times that.
@@ -68,6 +69,7 @@ crate::names::written_by_name!(DampingModel);
 /// Damping of the scene. Present only if the scene or one of its bodies declares damping.
 #[derive(Resource, Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect), reflect(Resource))]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub struct Damping {
     /// How velocity decays.
     pub model: DampingModel,
@@ -89,6 +91,12 @@ impl Damping {
             return Err(serde::de::Error::custom("a damping rate is below 0"));
         }
         Ok(damping)
+    }
+
+    /// Damping by that model at that [`rate`](Self::rate), 1/s.
+    #[must_use]
+    pub const fn new(model: DampingModel, rate: Scalar) -> Self {
+        Self { model, rate }
     }
 
     /// The tutorial's damping: `v *= 1 - 0.4 h` after every move.

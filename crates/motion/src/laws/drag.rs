@@ -15,6 +15,7 @@ use crate::units::{Scalar, Vector, at_least_0, outer};
 /// The terminal speed under an acceleration a is the root of `c v + k v² = a`: a / c, or sqrt(a / k).
 #[derive(Resource, Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect), reflect(Resource))]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub struct Drag {
     /// Rate c of the linear term, 1/s, at least 0.
     pub linear: Scalar,
@@ -29,6 +30,12 @@ impl Drag {
     #[must_use]
     pub const fn new(linear: Scalar, quadratic: Scalar) -> Self {
         Self { linear, quadratic, wind: None }
+    }
+
+    /// The same in a fluid that moves.
+    #[must_use]
+    pub const fn in_wind(self, wind: Wind) -> Self {
+        Self { wind: Some(wind), ..self }
     }
 
     /// `c + k |u|`, 1/s, at the velocity `u` relative to the fluid, m/s.

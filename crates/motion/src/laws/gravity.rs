@@ -9,6 +9,7 @@ use crate::units::Vector;
 /// scene declares it.
 #[derive(Resource, Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect), reflect(Resource))]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub struct Gravity {
     /// Acceleration of free fall, m/s².
     pub acceleration: Vector,
@@ -22,6 +23,12 @@ crate::names::written_as_tuple!(Gravity { acceleration, on });
 impl Gravity {
     /// Gravity near the ground, as in the tutorial: 9.8 m/s² downward.
     pub const EARTH: Self = Self { acceleration: Vector::new(0.0, -9.8, 0.0), on: true };
+
+    /// Gravity of that acceleration, m/s², which acts.
+    #[must_use]
+    pub const fn new(acceleration: Vector) -> Self {
+        Self { acceleration, on: true }
+    }
 
     /// The acceleration, m/s², or `None` while gravity is off.
     #[must_use]

@@ -11,6 +11,7 @@ use crate::units::{Scalar, at_least_0};
 /// Particles of an [`Emitter`](crate::Emitter) neither attract nor are attracted.
 #[derive(Resource, Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect), reflect(Resource))]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub struct MutualGravity {
     /// G, m³/(kg s²); negative repels.
     pub constant: Scalar,
@@ -19,6 +20,12 @@ pub struct MutualGravity {
 }
 
 impl MutualGravity {
+    /// Mutual gravity of that [`constant`](Self::constant), m³/(kg s²), and [`softening`](Self::softening), m.
+    #[must_use]
+    pub const fn new(constant: Scalar, softening: Scalar) -> Self {
+        Self { constant, softening }
+    }
+
     /// # Panics
     /// If its softening is below 0.
     pub(crate) fn check(&self) {

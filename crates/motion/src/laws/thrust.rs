@@ -5,6 +5,7 @@ use crate::units::{Scalar, Vector};
 
 /// A force as a function of time, N.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub enum Curve {
     /// A polynomial with the coefficients of 1, t, t², ... in N, N/s, N/s², ...
     Polynomial(Vec<Vector>),

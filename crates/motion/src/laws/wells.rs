@@ -12,6 +12,7 @@ use crate::units::{Scalar, Vector, at_least_0, outer};
 /// (Newton; softened after Plummer 1911). At the center of a well without softening the force is 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect))]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub struct Well {
     /// Position, m.
     pub position: Vector,
@@ -22,6 +23,18 @@ pub struct Well {
 }
 
 impl Well {
+    /// A well at `position`, m, of the strength mu, m³/s², without softening.
+    #[must_use]
+    pub const fn new(position: Vector, strength: Scalar) -> Self {
+        Self { position, strength, softening: 0.0 }
+    }
+
+    /// The same with a [`softening`](Self::softening), m.
+    #[must_use]
+    pub const fn softened(self, softening: Scalar) -> Self {
+        Self { softening, ..self }
+    }
+
     /// r and `(r² + s²)^(-1/2)`, which counts as 0 if r and s are 0: a force would have no direction there.
     #[inline(always)]
     fn reach(&self, body: BodyState) -> (Vector, f64) {

@@ -10,6 +10,7 @@ use crate::units::{Scalar, Vector};
 /// (|V| up to 1e-6 m/s) p is `2 pi f t`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect))]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub struct Wind {
     /// Mean velocity V, m/s.
     pub velocity: Vector,
@@ -20,6 +21,18 @@ pub struct Wind {
 }
 
 impl Wind {
+    /// Steady wind of that velocity, m/s.
+    #[must_use]
+    pub const fn new(velocity: Vector) -> Self {
+        Self { velocity, gust: 0.0, gust_hz: 0.0 }
+    }
+
+    /// The same with gusts of that strength, m/s, and frequency, Hz.
+    #[must_use]
+    pub const fn gusting(self, gust: Scalar, gust_hz: Scalar) -> Self {
+        Self { gust, gust_hz, ..self }
+    }
+
     /// Whether the velocity of the air is the same at every position and time.
     #[must_use]
     pub fn is_steady(&self) -> bool {

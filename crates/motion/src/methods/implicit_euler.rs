@@ -26,6 +26,7 @@ pub(crate) const MOST_HALVINGS: u32 = 8;
 
 /// Result of an implicit solve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub struct Newton {
     /// Number of iterations.
     pub iterations: u32,

@@ -8,6 +8,7 @@ use crate::units::Scalar;
 
 /// The claims of a method. Order p means that the error falls as h^p for steps of h seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub struct Claims {
     /// The method.
     pub method: Method,

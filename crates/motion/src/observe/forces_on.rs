@@ -18,6 +18,7 @@ use crate::units::{Scalar, Vector};
 
 /// The cause of a force on a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub enum ForceCause {
     /// Applied forces, which are constant over a tick: pushes, held keys, your own systems.
     Push,

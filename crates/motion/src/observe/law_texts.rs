@@ -12,6 +12,7 @@ use crate::state::archetypes::values;
 
 /// The laws of a world as text, with their parameters.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub struct LawTexts {
     /// Forces between bodies: groups, springs, mutual gravity.
     pub between_bodies: Vec<String>,

@@ -29,6 +29,7 @@ use crate::units::Scalar;
 
 /// The part of a world that limits a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub enum LimitingPart {
     /// A spring between two bodies.
     Spring([Entity; 2]),
@@ -61,6 +62,7 @@ impl LimitingPart {
 
 /// The changes that would make an unstable part stable.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub struct Cure {
     /// Smallest stable number of substeps of the same method, if there is one up to [`Substeps::MOST`].
     pub substeps: Option<u32>,
@@ -71,6 +73,7 @@ pub struct Cure {
 
 /// The margin of stability of bodies that are integrated together, or alike.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub struct Margin {
     /// The part that limits the step most.
     pub part: LimitingPart,
@@ -162,6 +165,7 @@ impl Margin {
 
 /// The margin of stability of a spring.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub struct SpringMargin {
     /// The bodies that the spring joins.
     pub ends: [Entity; 2],

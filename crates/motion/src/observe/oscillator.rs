@@ -16,6 +16,7 @@ use crate::units::Scalar;
 /// A body as an oscillator in its present state. Each spring counts with all springs of both of its ends, which swing against
 /// each other, so that no motion of the body alone, of a pair or of a chain of equal links is faster.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub struct BodyOscillator {
     /// Method of the body.
     pub method: Method,

@@ -11,6 +11,7 @@ use crate::units::{Scalar, Vector};
 
 /// Energy, momentum and angular momentum of all movable bodies.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub struct Totals {
     /// Sum of `m v² / 2`, J.
     pub kinetic_energy: Scalar,

@@ -1,6 +1,6 @@
 //! Drawing in Bevy: positions between two ticks, around a floating origin, and the rate of ticks.
 
-use std::time::Duration;
+use core::time::Duration;
 
 use bevy_app::FixedMainScheduleOrder;
 use bevy_app::prelude::*;

@@ -24,6 +24,7 @@ macro_rules! effects {
         /// An effect that a scene can declare. In a run in which it is off or not declared, no system, column or branch
         /// of it exists.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        #[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
         pub enum Effect {
             /// [`Gravity`](crate::Gravity).
             Gravity,
@@ -130,6 +131,7 @@ impl fmt::Display for Effect {
 
 /// Whether an effect is on, off or not declared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub enum EffectState {
     /// The effect acts.
     On,

@@ -157,6 +157,7 @@ pub fn emit_particles(
 
 /// The particles of an emitter with an empty pool that are born and die in a tick.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub struct DueParticles {
     /// The particles that are due.
     pub births: Range<u64>,

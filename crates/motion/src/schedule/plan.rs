@@ -22,6 +22,7 @@ use crate::state::substeps::{OwnSubsteps, Substeps};
 
 /// How the two middle systems of a tick are run: as two passes over the bodies or as one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub enum Passes {
     /// One system after the other, each over all bodies, as the tutorial has it.
     #[default]

@@ -29,6 +29,7 @@ use crate::units::{Scalar, Vector};
     derive(serde::Serialize, serde::Deserialize),
     serde(rename_all = "snake_case")
 )]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub enum Request<Body = Entity> {
     /// Adds an impulse `J`, N s: `v += J w`, the same at every step size.
     Impulse(Body, Vector),

@@ -132,7 +132,7 @@ impl Stepper {
     /// ```
     /// use bevy_ecs::prelude::*;
     /// use motion::methods::{Field, Integrator, StepState};
-    /// use motion::{Evaluations, Method, PhysicsBody, Stepper, TimeStep, Well, Wells, Transform, units::Vector};
+    /// use motion::{Evaluations, Method, PhysicsBody, Stepper, TimeStep, Transform, Well, Wells, units::Vector};
     ///
     /// /// Ralston's method of order 2 (Ralston 1962).
     /// #[derive(Clone, Copy, Default)]
@@ -156,7 +156,7 @@ impl Stepper {
     /// }
     ///
     /// let mut world = World::new();
-    /// world.insert_resource(Wells(vec![Well { position: Vector::ZERO, strength: 1.0, softening: 0.0 }]));
+    /// world.insert_resource(Wells(vec![Well::new(Vector::ZERO, 1.0)]));
     /// let body = PhysicsBody::with_mass(1.0).moving_at(Vector::Y);
     /// let body = world.spawn((Transform::at(Vector::X), body)).id();
     /// let turn = std::f64::consts::TAU;
@@ -416,6 +416,7 @@ impl Stepper {
     }
 
     /// The plan that the schedule was compiled from.
+    #[doc(hidden)]
     #[must_use]
     pub const fn plan(&self) -> &StepPlan {
         &self.plan

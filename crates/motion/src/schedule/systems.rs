@@ -38,6 +38,7 @@ struct Step;
 /// The sets of a tick, in the order in which they run. Order your own systems by them in a schedule that
 /// [`Stepper::install`](crate::Stepper::install) has put the physics into.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub enum StepSystems {
     /// All of the sets below. A run condition on it pauses the physics, with its clock, emitters and engines; pushes wait.
     /// While a condition on [`StepSystems::Integrate`] alone is false, forces are cleared without having moved anything.

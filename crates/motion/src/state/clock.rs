@@ -30,6 +30,7 @@ pub struct StepClock(ClockState);
 /// The state of a [`StepClock`] as plain numbers, to save and restore.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub struct ClockState {
     /// Ticks simulated since the start.
     pub ticks: u64,

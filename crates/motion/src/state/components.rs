@@ -153,8 +153,9 @@ pub struct Orientation(pub Rotation);
 #[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect), reflect(Component))]
 pub struct StableId(pub u32);
 
-/// Largest speed of a body, m/s. A faster velocity is scaled down after damping and before the move; its direction
-/// stays the same (PhysX, `DyBodyCoreIntegrator.h`). Present only on bodies with a limit.
+/// Largest speed with which a body moves, m/s. A faster velocity is scaled down after damping and before the move; its direction
+/// stays the same (PhysX, `DyBodyCoreIntegrator.h`). Present only on bodies with a limit. Explicit Euler accelerates after the
+/// move, so the velocity that it stores may exceed the limit by the acceleration of one step.
 ///
 /// At least 0; inserting one below panics. The component is immutable: insert another one to change it.
 #[derive(Component, Clone, Copy, Debug, PartialEq)]
@@ -195,7 +196,8 @@ impl AxisLocks {
 pub struct GravityOff;
 
 /// Marks a quarantined body, which would have become non-finite or left the [`Range`](crate::Range). It stays in its
-/// last valid state and every system skips it. [`Quarantine`](crate::Quarantine) says when and why.
+/// last valid state and every system skips it. [`Quarantine`](crate::Quarantine) says when and why, and
+/// [releases](crate::Quarantine::release) it.
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect), reflect(Component))]
 pub struct Quarantined;

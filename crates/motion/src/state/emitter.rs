@@ -7,6 +7,7 @@ use bevy_ecs::prelude::*;
 use bevy_ecs::world::DeferredWorld;
 
 use crate::state::clock::StepClock;
+use crate::state::components::PhysicsBody;
 use crate::state::coupling::structure_changed;
 use crate::units::{Scalar, Vector, at_least_0};
 
@@ -32,6 +33,7 @@ const FREE: u64 = u64::MAX;
 #[derive(Component, Clone, Debug, PartialEq)]
 #[component(immutable, on_insert = emitters_changed, on_discard = emitters_changed)]
 #[require(Emission)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub struct Emitter {
     /// Particles per second, finite and above 0.
     pub rate: Scalar,
@@ -49,6 +51,52 @@ pub struct Emitter {
 }
 
 impl Emitter {
+    /// An emitter at the origin of `rate` particles of 1 kg per second, which live for `life` seconds. They are born with these
+    /// velocities, m/s, in turn. Without a [pool](Self::with_pool) it emits nothing.
+    ///
+    /// ```
+    /// use bevy_ecs::prelude::*;
+    /// use motion::prelude::*;
+    /// use motion::{Dormant, Emitter, Transform};
+    ///
+    /// let mut world = World::new();
+    /// world.insert_resource(Gravity::EARTH);
+    /// let fountain = Emitter::new(100.0, 1.0, vec![Vector::Y * 9.8, Vector::new(1.0, 9.8, 0.0)])
+    ///     .with_mass(0.01)
+    ///     .with_pool(|| world.spawn(PhysicsBody::IMMOVABLE).id());
+    /// world.spawn(fountain);
+    /// let mut stepper = Stepper::new(&mut world, Method::VelocityVerlet, TimeStep(1.0 / 60.0));
+    /// (0..120).for_each(|_| stepper.tick(&mut world));
+    /// let mut drops = world.query_filtered::<&Transform, (With<PhysicsBody>, Without<Dormant>)>();
+    /// let highest = drops.iter(&world).map(|drop| drop.position.y).fold(0.0, f64::max);
+    /// assert!(highest < 4.9 && highest > 4.89); // v² / (2 g)
+    /// ```
+    #[must_use]
+    pub const fn new(rate: Scalar, life: Scalar, launches: Vec<Vector>) -> Self {
+        Self { rate, life, position: Vector::ZERO, pool: Vec::new(), launches, inverse_mass: 1.0 }
+    }
+
+    /// The same at `position`, m.
+    #[must_use]
+    pub fn at(self, position: Vector) -> Self {
+        Self { position, ..self }
+    }
+
+    /// The same with particles of `mass`, kg.
+    #[must_use]
+    pub fn with_mass(self, mass: Scalar) -> Self {
+        Self { inverse_mass: PhysicsBody::with_mass(mass).inverse_mass, ..self }
+    }
+
+    /// The same with a pool of as many bodies as live at once, each of which `body` makes with a
+    /// [`PhysicsBody`](crate::PhysicsBody), and whatever else a particle is drawn with.
+    #[must_use]
+    pub fn with_pool(self, body: impl FnMut() -> Entity) -> Self {
+        let count = (self.rate * self.life).ceil() as usize;
+        let launches = self.launches.iter().copied().cycle().take(count).collect();
+        Self { pool: std::iter::repeat_with(body).take(count).collect(), launches, ..self }
+    }
+
     /// # Panics
     /// If it cannot emit; the message says how to set its fields.
     pub(crate) fn check(&self) {
@@ -128,6 +176,7 @@ pub struct Emission {
 /// The state of an [`Emission`] as plain numbers, to save and restore.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub struct EmissionState {
     /// Number of the next particle to be born.
     pub next: u64,

@@ -8,11 +8,10 @@ use crate::units::Scalar;
 /// would become non-finite. Without this resource every finite number is in range.
 ///
 /// The bounds hold for each coordinate, not for the length of a vector. They are checked at the end of a tick; substeps
-/// and stages may exceed them. [`integrate_acceleration`](crate::systems::integrate_acceleration) and
-/// [`integrate_velocity`](crate::systems::integrate_velocity) check separately, so that a schedule with a range runs
-/// both in one pass.
+/// and stages may exceed them.
 #[derive(Resource, Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect), reflect(Resource))]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub struct Range {
     /// Largest magnitude of a coordinate of a position, m, above 0.
     pub position: Scalar,
@@ -21,6 +20,12 @@ pub struct Range {
 }
 
 impl Range {
+    /// The range of positions, m, and velocities, m/s, up to these magnitudes.
+    #[must_use]
+    pub const fn new(position: Scalar, speed: Scalar) -> Self {
+        Self { position, speed }
+    }
+
     /// # Panics
     /// If a bound is not above 0.
     pub(crate) fn check(&self) {

@@ -18,6 +18,7 @@ use crate::units::at_least_0;
 /// rest as another one, so that every method keeps its order.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect))]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub struct Elastic {
     /// Stiffness k, N/m, at least 0.
     pub stiffness: f64,
@@ -30,6 +31,24 @@ pub struct Elastic {
 }
 
 impl Elastic {
+    /// A spring of that stiffness, N/m, and rest length, m, without damping.
+    #[must_use]
+    pub const fn new(stiffness: f64, rest_length: f64) -> Self {
+        Self { stiffness, damping: 0.0, rest_length, pull_only: false }
+    }
+
+    /// The same with [`damping`](Self::damping), N s/m.
+    #[must_use]
+    pub const fn damped(self, damping: f64) -> Self {
+        Self { damping, ..self }
+    }
+
+    /// The same as a cord, which [only pulls](Self::pull_only).
+    #[must_use]
+    pub const fn pulling_only(self) -> Self {
+        Self { pull_only: true, ..self }
+    }
+
     /// The bits of its numbers: springs with equal bits are interchangeable.
     pub(crate) fn bits(&self) -> ([u64; 3], bool) {
         ([self.stiffness, self.damping, self.rest_length].map(f64::to_bits), self.pull_only)
@@ -86,6 +105,7 @@ pub struct Link {
 /// component is immutable: insert another one to change it.
 #[derive(Component, Clone, Debug, Default, PartialEq)]
 #[component(immutable, on_insert = structure_changed, on_discard = structure_changed)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub struct SoftBody {
     /// The points. Springs and triangles of a point that no longer exists or is quarantined are inert.
     pub points: Vec<Entity>,

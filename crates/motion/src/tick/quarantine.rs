@@ -16,6 +16,7 @@ use crate::units::{Scalar, Vector};
 
 /// Why a body was quarantined: which system noticed, which component or resource was at fault, and how.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub struct Cause<B = Entity> {
     /// The system that noticed. For an Euler step in one pass, the half that failed.
     pub system: &'static str,
@@ -32,6 +33,7 @@ pub struct Cause<B = Entity> {
     derive(serde::Serialize, serde::Deserialize),
     serde(rename_all = "snake_case")
 )]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub enum Fault<B = Entity> {
     /// It was not finite before the tick: something else wrote it.
     Found,
@@ -147,6 +149,7 @@ pub(crate) mod place {
         deserialize = "B: serde::Deserialize<'de>"
     ))
 )]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub struct QuarantineRecord<B = Entity> {
     /// The body.
     pub body: B,
@@ -260,6 +263,36 @@ impl Quarantine {
     #[must_use]
     pub fn records(&self) -> &[QuarantineRecord] {
         &self.records
+    }
+
+    /// Ends the quarantine of `body` and removes its records. It continues from the state that it has, so give it another one
+    /// first. Returns whether it was quarantined.
+    ///
+    /// ```
+    /// use bevy_ecs::prelude::*;
+    /// use motion::{Method, PhysicsBody, Quarantine, Quarantined, Stepper, TimeStep, Transform, units::Vector};
+    ///
+    /// let mut world = World::new();
+    /// let body = PhysicsBody::with_mass(1.0).moving_at(Vector::X * f64::NAN);
+    /// let body = world.spawn(body).id();
+    /// let mut stepper = Stepper::new(&mut world, Method::SemiImplicitEuler, TimeStep(1.0));
+    /// stepper.tick(&mut world);
+    /// assert!(world.entity(body).contains::<Quarantined>());
+    /// println!("{:?}", world.resource::<Quarantine>().records()); // its velocity was not finite before the tick
+    ///
+    /// world.entity_mut(body).insert(PhysicsBody::with_mass(1.0).moving_at(Vector::X));
+    /// assert!(Quarantine::release(&mut world, body));
+    /// stepper.tick(&mut world);
+    /// assert_eq!(world.get::<Transform>(body).unwrap().position, Vector::X);
+    /// ```
+    pub fn release(world: &mut World, body: Entity) -> bool {
+        let was =
+            world.get_entity_mut(body).is_ok_and(|mut body| body.take::<Quarantined>().is_some());
+        if was {
+            world.resource_mut::<Self>().records.retain(|record| record.body != body);
+            CouplingChanged::set(world);
+        }
+        was
     }
 
     /// Notes a row that a kernel refused; it is quarantined at the end of the tick.

@@ -1,6 +1,7 @@
 //! Chains: points in a line, each joined to the next, and copies of them over an area.
 
-use glam::{DVec3, IVec3, UVec3};
+use glam::DVec3;
+use motion::SoftForm;
 
 use super::form::{ALL, Braces, FIRST, Form, LAST, Place, ROOT, pinned, points, within_numbers};
 use crate::check::{Rule, Scope, positive, rule};
@@ -12,8 +13,6 @@ const ENDS: [(&str, Place); 3] =
     [("first", [ALL, FIRST, ALL]), ("last", [ALL, LAST, ALL]), ("root", [ALL, ROOT, ALL])];
 
 const WIDTH: Rule = rule(positive, "a width", "give a positive number of meters");
-
-const BEND: [IVec3; 1] = [IVec3::new(0, 2, 0)];
 
 /// Steps of a sequence that fills a square evenly along x and z (Roberts 2018: powers of the reciprocal of the plastic number),
 /// and a height with the golden section.
@@ -37,26 +36,23 @@ pub(super) fn form(keys: &raw::SoftKeys, scope: Scope, faults: &mut Faults) -> F
         faults.refuse(scope, "over_m", "copies need room, and room needs copies", cure);
     }
     let count = points(keys.points, scope, "points", faults);
-    let mut steps = vec![IVec3::Y];
-    let mut stiffness = vec![None];
-    Braces { given: ("bend", keys.bend), stiffness: ("bend_n_m", keys.bend_n_m), steps: &BEND }
-        .add(&mut steps, &mut stiffness, scope, faults);
     let copies = keys.copies.unwrap_or(1);
+    let form = SoftForm::ropes(copies, count, move |[copy, part]| {
+        let number = (copy * f64::from(copies.saturating_sub(1))).round();
+        from + (to - from) * part + over * ((EVENLY * number + 0.5).fract() - 0.5)
+    });
+    let bend = Braces {
+        given: ("bend", keys.bend),
+        stiffness: ("bend_n_m", keys.bend_n_m),
+        add: SoftForm::with_bend,
+    };
     Form {
-        sheet: false,
+        form: bend.add_to(form, scope, faults),
         numbering: match keys.copies {
             None => Numbering::Line,
             Some(_) => Numbering::Sheet { columns: count },
         },
-        points: UVec3::new(copies, count, 1),
-        steps,
-        stiffness,
         pinned: pinned(keys, &ENDS, scope, faults),
-        position: Box::new(move |[copy, part, _]| {
-            let number = (copy * f64::from(copies.saturating_sub(1))).round();
-            from + (to - from) * part + over * ((EVENLY * number + 0.5).fract() - 0.5)
-        }),
         width: faults.optional(scope, "width_m", keys.width_m, WIDTH),
-        triangles: |_| Vec::new(),
     }
 }

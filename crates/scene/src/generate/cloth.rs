@@ -1,6 +1,7 @@
 //! Cloths: rows and columns of points, braced by diagonals and against folding.
 
-use glam::{DVec3, IVec3, UVec3};
+use glam::DVec3;
+use motion::SoftForm;
 
 use super::form::{ALL, Braces, FIRST, Form, LAST, Place, pinned, points, within_numbers};
 use crate::check::Scope;
@@ -20,10 +21,6 @@ const PLACES: [(&str, Place); 8] = [
     ("bottom_right", [LAST, LAST, ALL]),
 ];
 
-const STRUCTURAL: [IVec3; 2] = [IVec3::Y, IVec3::X];
-const SHEAR: [IVec3; 2] = [IVec3::new(1, -1, 0), IVec3::new(1, 1, 0)];
-const BEND: [IVec3; 2] = [IVec3::new(0, 2, 0), IVec3::new(2, 0, 0)];
-
 pub(super) fn form(keys: &raw::SoftKeys, scope: Scope, faults: &mut Faults) -> Form {
     let cure = "say how a row goes, as in `along_m: (3.0, 0.0, 0.0)`";
     faults.require(keys.along_m.is_some(), scope, "along_m", cure);
@@ -39,45 +36,25 @@ pub(super) fn form(keys: &raw::SoftKeys, scope: Scope, faults: &mut Faults) -> F
     }
     let rows = points(keys.rows, scope, "rows", faults);
     let columns = points(keys.columns, scope, "columns", faults);
-    let mut steps = STRUCTURAL.to_vec();
-    let mut stiffness = vec![None; steps.len()];
+    let mut form = SoftForm::cloth(corner, along, down, rows, columns);
     for braces in [
         Braces {
             given: ("shear", keys.shear),
             stiffness: ("shear_n_m", keys.shear_n_m),
-            steps: &SHEAR,
+            add: SoftForm::with_shear,
         },
-        Braces { given: ("bend", keys.bend), stiffness: ("bend_n_m", keys.bend_n_m), steps: &BEND },
+        Braces {
+            given: ("bend", keys.bend),
+            stiffness: ("bend_n_m", keys.bend_n_m),
+            add: SoftForm::with_bend,
+        },
     ] {
-        braces.add(&mut steps, &mut stiffness, scope, faults);
+        form = braces.add_to(form, scope, faults);
     }
     Form {
-        sheet: true,
+        form,
         numbering: Numbering::Sheet { columns },
-        points: UVec3::new(rows, columns, 1),
-        steps,
-        stiffness,
         pinned: pinned(keys, &PLACES, scope, faults),
-        position: Box::new(move |[row, column, _]| corner + along * column + down * row),
         width: None,
-        triangles,
     }
-}
-
-fn triangles(form: &Form) -> Vec<[u32; 3]> {
-    let UVec3 { x: rows, y: columns, .. } = form.points;
-    let mut triangles = Vec::new();
-    for row in 1..rows {
-        for column in 1..columns {
-            let (below, above) = (row * columns + column, (row - 1) * columns + column);
-            let [a, b, c, d] = [above - 1, above, below - 1, below];
-            // Diagonals alternate, so that the sheet folds as easily in one direction as in the other.
-            if (row + column) % 2 == 0 {
-                triangles.extend([[a, c, d], [a, d, b]]);
-            } else {
-                triangles.extend([[a, c, b], [b, c, d]]);
-            }
-        }
-    }
-    triangles
 }

@@ -1,6 +1,7 @@
-//! Forms of soft bodies: points along up to three axes, the springs between them, and where they are held.
+//! What a scene says of the forms of soft bodies: where they are held, braces, and numbers of points.
 
-use glam::{DVec3, IVec3, UVec3};
+use glam::DVec3;
+use motion::SoftForm;
 
 use crate::check::{STIFFNESS, Scope};
 use crate::raw;
@@ -9,25 +10,14 @@ use crate::text::faults::Faults;
 use crate::text::nearest::one_of;
 use crate::text::syntax::Word;
 
-/// The form of a soft body of any kind. The last axis is the inner loop of the numbers of points.
+/// The form of a soft body of any kind; without points if they cannot be counted.
 pub(super) struct Form {
-    /// Whether its surface is a sheet, against which air flows.
-    pub sheet: bool,
+    pub form: SoftForm,
     pub numbering: Numbering,
-    /// Points along each axis: 1 without such an axis, 0 if they cannot be counted.
-    pub points: UVec3,
-    /// Offsets from a point to the points that it is joined to, so that each pair occurs once.
-    pub steps: Vec<IVec3>,
-    /// Stiffness of the springs of each of these steps, N/m, if not that of the body.
-    pub stiffness: Vec<Option<f64>>,
     /// Places whose points are immovable.
     pub pinned: Vec<Place>,
-    /// The position of a point, m, by its fraction along each axis, 0 to 1.
-    pub position: Box<dyn Fn([f64; 3]) -> DVec3>,
-    /// The width of the blades as which its lines of points along the second axis are drawn, m, if so.
+    /// The width of the blades as which its ropes are drawn, m, if so.
     pub width: Option<f64>,
-    /// Its surface, by numbers of points.
-    pub triangles: fn(&Self) -> Vec<[u32; 3]>,
 }
 
 /// A corner, an edge or a side, by the end of each axis that it is at; `None` is all of the axis.
@@ -48,64 +38,16 @@ pub(super) const LAST: Option<End> = Some(End::Last);
 pub(super) const ROOT: Option<End> = Some(End::Root);
 
 impl Form {
-    /// Number of points; 0 if they cannot be counted.
-    pub fn count(&self) -> u64 {
-        self.points.to_array().into_iter().map(u64::from).fold(1, u64::saturating_mul)
-    }
-
-    /// Number of springs: as many as [`Form::pairs`].
-    pub fn springs(&self) -> u64 {
-        // A step of n along an axis has n fewer starting points there.
-        let places = |step: &IVec3| {
-            let along = self.points.saturating_sub(step.abs().as_uvec3()).to_array();
-            along.into_iter().map(u64::from).fold(1, u64::saturating_mul)
-        };
-        self.steps.iter().map(places).fold(0, u64::saturating_add)
-    }
-
-    /// The ends of every spring and the number of its step, sorted by the first end.
-    pub fn pairs(&self) -> Vec<([u32; 2], usize)> {
-        let mut pairs = Vec::with_capacity(self.springs() as usize);
-        for point in 0..self.count() as u32 {
-            let place = self.place(point).as_ivec3();
-            for (number, step) in self.steps.iter().enumerate() {
-                let to = (place + *step).as_uvec3();
-                // A negative coordinate becomes a number far above all numbers of points.
-                if to.cmplt(self.points).all() {
-                    pairs.push(([point, self.number(to)], number));
-                }
-            }
-        }
-        pairs
-    }
-
-    /// The position of a point, m.
-    pub fn position(&self, point: u32) -> DVec3 {
-        let place = self.place(point);
-        let part = |axis: usize| f64::from(place[axis]) / f64::from((self.points[axis] - 1).max(1));
-        (self.position)([0, 1, 2].map(part))
-    }
-
     /// Whether a point is immovable.
     pub fn is_pinned(&self, point: u32) -> bool {
-        let place = self.place(point);
+        let (place, points) = (self.form.place(point), self.form.points());
         let at = |(axis, end): (usize, &Option<End>)| match end {
             None => true,
             Some(End::First) => place[axis] == 0,
-            Some(End::Last) => place[axis] + 1 == self.points[axis],
+            Some(End::Last) => place[axis] + 1 == points[axis],
             Some(End::Root) => place[axis] < 2,
         };
         self.pinned.iter().any(|held| held.iter().enumerate().all(at))
-    }
-
-    /// The number of the point with these indices along the axes.
-    pub const fn number(&self, place: UVec3) -> u32 {
-        (place.x * self.points.y + place.y) * self.points.z + place.z
-    }
-
-    fn place(&self, point: u32) -> UVec3 {
-        let UVec3 { y, z, .. } = self.points;
-        UVec3::new(point / (y * z), point / z % y, point % z)
     }
 }
 
@@ -115,28 +57,20 @@ pub(super) struct Braces {
     pub given: (&'static str, Option<bool>),
     /// The key of their own stiffness, which asks for them too, and its value, N/m.
     pub stiffness: (&'static str, Option<f64>),
-    pub steps: &'static [IVec3],
+    /// Adds them with that stiffness, or that of the body.
+    pub add: fn(SoftForm, Option<f64>) -> SoftForm,
 }
 
 impl Braces {
-    /// Appends them to the steps of a body and their stiffnesses, if they are asked for.
-    pub fn add(
-        self,
-        steps: &mut Vec<IVec3>,
-        stiffness: &mut Vec<Option<f64>>,
-        scope: Scope,
-        faults: &mut Faults,
-    ) {
-        let Self { given: (key, given), stiffness: (own, n_m), steps: more } = self;
+    /// Adds them to `form`, if they are asked for.
+    pub fn add_to(self, form: SoftForm, scope: Scope, faults: &mut Faults) -> SoftForm {
+        let Self { given: (key, given), stiffness: (own, n_m), add } = self;
         if given == Some(false) && n_m.is_some() {
             let what = format!("there are no such springs by `{key}: false`");
             faults.refuse(scope, own, what, format!("remove it, or `{key}`"));
         }
         let n_m = faults.optional(scope, own, n_m, STIFFNESS);
-        if given == Some(true) || n_m.is_some() {
-            steps.extend(more);
-            stiffness.extend(more.iter().map(|_| n_m));
-        }
+        if given == Some(true) || n_m.is_some() { add(form, n_m) } else { form }
     }
 }
 

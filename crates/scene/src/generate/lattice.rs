@@ -1,6 +1,7 @@
 //! Lattices: a block of cells, every point joined to all that share a cell with it.
 
-use glam::{DVec3, IVec3, UVec3};
+use glam::{DVec3, UVec3};
+use motion::SoftForm;
 
 use super::form::{ALL, FIRST, Form, LAST, Place, pinned, within_numbers};
 use crate::check::{Scope, positive, shown_vector};
@@ -39,44 +40,12 @@ pub(super) fn form(keys: &raw::SoftKeys, scope: Scope, faults: &mut Faults) -> F
         let cure = "give three positive numbers of meters";
         faults.refuse(scope, "size_m", format!("{} is not a size", shown_vector(size)), cure);
     }
-    let points = if countable { cells + 1 } else { UVec3::ZERO };
-    // The 13 of the 26 neighbors that come later: edges, diagonals of faces and diagonals of cells.
-    let steps = (14..27).map(|i| IVec3::new(i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1));
+    let form = SoftForm::block(center, size, if countable { cells.to_array() } else { [1; 3] });
+    let UVec3 { y, z, .. } = form.points();
     Form {
-        sheet: false,
-        numbering: Numbering::Lattice { y: points.y, z: points.z },
-        points,
-        steps: steps.collect(),
-        stiffness: Vec::new(),
+        form,
+        numbering: Numbering::Lattice { y, z },
         pinned: pinned(keys, &SIDES, scope, faults),
-        position: Box::new(move |parts| center + size * (DVec3::from_array(parts) - 0.5)),
         width: None,
-        triangles,
     }
-}
-
-fn triangles(form: &Form) -> Vec<[u32; 3]> {
-    let mut triangles = Vec::new();
-    for (axis, far) in [(0, false), (0, true), (1, false), (1, true), (2, false), (2, true)] {
-        let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
-        let level = if far { form.points[axis].saturating_sub(1) } else { 0 };
-        for i in 1..form.points[u] {
-            for j in 1..form.points[v] {
-                let corner = |i: u32, j: u32| {
-                    let mut place = UVec3::ZERO;
-                    (place[axis], place[u], place[v]) = (level, i, j);
-                    form.number(place)
-                };
-                let [a, b, c, d] =
-                    [corner(i - 1, j - 1), corner(i, j - 1), corner(i, j), corner(i - 1, j)];
-                // a, b, c, d goes round counterclockwise as seen from the far side of the axis.
-                if far {
-                    triangles.extend([[a, b, c], [a, c, d]]);
-                } else {
-                    triangles.extend([[a, c, b], [a, d, c]]);
-                }
-            }
-        }
-    }
-    triangles
 }

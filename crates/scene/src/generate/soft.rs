@@ -1,7 +1,7 @@
 //! Soft bodies: what chains, cloths and lattices have in common, and the making of their points and springs.
 
 use glam::DVec3;
-use motion::{Elastic, Link};
+use motion::Elastic;
 use pick::Blades;
 
 use super::entry::{Bodies, GeneratedEntry, shared};
@@ -37,7 +37,7 @@ pub(super) fn soft(
             None
         }
     };
-    let points = form.as_ref().map_or(1, |form| form.count().max(1)) as f64;
+    let points = form.as_ref().map_or(1, |form| form.form.count().max(1)) as f64;
     let mass = "give a positive number of kilograms for all points together";
     let (body, own) = shared(&keys.shared(), scope, 1.0, points, mass, faults);
     let body = BodySpec {
@@ -48,7 +48,7 @@ pub(super) fn soft(
     let velocity = faults.vector(scope, "velocity_m_s", keys.velocity_m_s, DVec3::ZERO);
     let form = form?;
     let (count, springs, numbering, is_sheet) =
-        (form.count(), form.springs(), form.numbering, form.sheet);
+        (form.form.count(), form.form.springs(), form.numbering, form.form.is_sheet());
     let entry = GeneratedEntry::new(scope, own, count, numbering, body, move |name, bodies, _| {
         make(name, &form, elastic, body, velocity, bodies);
     });
@@ -90,35 +90,29 @@ pub(crate) fn elastic(
 /// Adds the points, which are `body` with `velocity` unless they are pinned, and the links between them.
 fn make(
     name: String,
-    form: &Form,
+    held: &Form,
     elastic: Elastic,
     body: BodySpec,
     velocity: DVec3,
     Bodies { bodies, soft_bodies, .. }: &mut Bodies,
 ) {
+    let form = &held.form;
     let first = bodies.len();
     bodies.extend((0..form.count() as u32).map(|point| {
         let position = form.position(point);
-        if form.is_pinned(point) {
+        if held.is_pinned(point) {
             BodySpec { position, inverse_mass: Some(0.0), ..body }
         } else {
             BodySpec { position, velocity, ..body }
         }
     }));
-    let points = &bodies[first..];
-    let link = |(ends, step): ([u32; 2], usize)| {
-        // Computed as a step computes it, so that no spring pulls at the start.
-        let [from, to] = ends.map(|end| points[end as usize].position);
-        let stiffness = form.stiffness.get(step).copied().flatten().unwrap_or(elastic.stiffness);
-        Link { ends, elastic: Elastic { stiffness, rest_length: (to - from).length(), ..elastic } }
-    };
     soft_bodies.push(SoftBodySpec {
         name,
-        sheet: form.sheet,
-        links: form.pairs().into_iter().map(link).collect(),
-        triangles: (form.triangles)(form),
+        sheet: form.is_sheet(),
+        links: form.links(elastic).into(),
+        triangles: form.triangles(),
         points: first as u32..bodies.len() as u32,
-        blades: form.width.map(|width| Blades { points: form.points.y, width }),
+        blades: held.width.map(|width| Blades { points: form.points().y, width }),
         color: body.color,
     });
 }

@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use motion::groups::Sets;
+use motion::internals::Sets;
 use motion::{Elastic, Method};
 
 use crate::check::{Rule, Scope, not_negative, rule};

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use bevy_ecs::prelude::*;
 use history::RunSettings;
 use lab::trial::{Ahead, Trial};
-use motion::groups::Groups;
+use motion::internals::Groups;
 use motion::margin::Margins;
 use report::ForecastRow;
 

@@ -17,6 +17,7 @@ impl Amount for Vector {}
 /// The lines of a ledger for energy, momentum or angular momentum: the amount that each cause added, negative if it
 /// took.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub struct LedgerLines<T> {
     /// Amount added by applied forces: pushes and held keys.
     pub pushes: T,
@@ -104,6 +105,7 @@ impl<T: Amount> LedgerLines<T> {
 /// The lines of energy, momentum and angular momentum over a time: a tick, the last second, or since the ledger was
 /// opened.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub struct LedgerTotals {
     /// Work, J: amounts added to the sum of kinetic and potential energy.
     pub energy: LedgerLines<Scalar>,
@@ -138,6 +140,7 @@ impl LedgerTotals {
 
 /// Energy of all movable bodies by kind, J. The sum equals that of [`Totals`](crate::Totals).
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub struct Energies {
     /// Kinetic energy: sum of `m v² / 2`, J.
     pub kinetic: Scalar,

@@ -8,6 +8,7 @@ use crate::units::Scalar;
 
 /// A natural mode: bodies joined by springs swing at one frequency, and all come to rest at the same times.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub struct NaturalMode {
     /// Its frequency without damping, rad/s, above 0.
     pub angular_frequency: Scalar,
@@ -28,6 +29,7 @@ impl NaturalMode {
 
 /// The slowest and the fastest natural modes of a world.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub struct NaturalModes {
     /// The slowest, ascending.
     pub lowest: Vec<NaturalMode>,
