@@ -235,7 +235,7 @@ fn the_state_is_the_same_for_every_frame_rate_and_every_run() {
 fn a_shipped_scene_and_its_file_give_the_same_state_from_any_folder() {
     let folder = TempDir::new().unwrap();
     for scene in scene::shipped() {
-        let file = root().join(format!("assets/scenes/{}.ron", scene.name));
+        let file = root().join(format!("crates/scene/assets/scenes/{}.ron", scene.name));
         fs::copy(file, folder.path().join("copy.ron")).unwrap();
         let shipped = hash(folder.path(), &format!("{} --ticks 60", scene.name));
         assert_eq!(hash(folder.path(), "copy.ron --ticks 60"), shipped, "{}", scene.name);

@@ -393,7 +393,7 @@ fn every_thumbnail_shows_its_scene() {
     // Of 1080 tiles.
     const MOST: usize = 5;
     let mut studio = Studio::of_high_quality([240, 135]);
-    let path = |name: &str| root().join(format!("assets/thumbnails/{name}.png"));
+    let path = |name: &str| root().join(format!("crates/cockpit/assets/thumbnails/{name}.png"));
     let names: Vec<_> = scene::shipped().iter().map(|scene| scene.name).collect();
     let pictures: Vec<_> = names.iter().map(|name| thumbnail(name, &mut studio)).collect();
     if blesses() {

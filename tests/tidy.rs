@@ -501,7 +501,7 @@ fn every_mistake_of_the_list_can_be_made_and_its_test_exists() {
 /// The files and folders that code spans of a text name, each with what the file has to name: `path` or `path: name`. A
 /// `fn name` alone is in the file that was named before it.
 pub fn named(text: &str) -> Vec<(&str, Option<&str>)> {
-    let folders = ["assets", "crates", "docs", "examples", "scripts", "shaders", "tests"];
+    let folders = ["assets", "crates", "docs", "examples", "scripts", "tests"];
     let mut places: Vec<(&str, Option<&str>)> = Vec::new();
     for span in text.split('`').skip(1).step_by(2) {
         let (path, name) =

@@ -10,7 +10,7 @@ use crate::buffers::InstanceBuffer;
 use crate::pipelines::{Destination, Drawing, GLOBALS, layout, module};
 use crate::{Frame, Gpu, Panels};
 
-const PANEL: &str = include_str!("../../../shaders/panel.wgsl");
+const PANEL: &str = include_str!("../shaders/panel.wgsl");
 
 const ROWS: [Option<VertexBufferLayout<'_>>; 1] = [Some(VertexBufferLayout {
     array_stride: size_of::<Vertex>() as u64,

@@ -4,14 +4,14 @@ use wgpu::{BindGroupLayout, CompareFunction, Device, Face, TextureFormat, Vertex
 
 use crate::{Instance, Line, Particle, Sprite, mesh::Vertex, shadow::SHADOW_FORMAT};
 
-pub(crate) const GLOBALS: &str = include_str!("../../../shaders/globals.wgsl");
-pub(crate) const LIGHT: &str = include_str!("../../../shaders/light.wgsl");
-pub(crate) const BODY: &str = include_str!("../../../shaders/body.wgsl");
-const SKY: &str = include_str!("../../../shaders/sky.wgsl");
-const GROUND: &str = include_str!("../../../shaders/ground.wgsl");
-pub(crate) const PARTICLE: &str = include_str!("../../../shaders/particle.wgsl");
-pub(crate) const SPRITE: &str = include_str!("../../../shaders/sprite.wgsl");
-const LINE: &str = include_str!("../../../shaders/line.wgsl");
+pub(crate) const GLOBALS: &str = include_str!("../shaders/globals.wgsl");
+pub(crate) const LIGHT: &str = include_str!("../shaders/light.wgsl");
+pub(crate) const BODY: &str = include_str!("../shaders/body.wgsl");
+const SKY: &str = include_str!("../shaders/sky.wgsl");
+const GROUND: &str = include_str!("../shaders/ground.wgsl");
+pub(crate) const PARTICLE: &str = include_str!("../shaders/particle.wgsl");
+pub(crate) const SPRITE: &str = include_str!("../shaders/sprite.wgsl");
+const LINE: &str = include_str!("../shaders/line.wgsl");
 
 /// Width of the bright outline, pixels.
 pub(crate) const OUTLINE_PX: f64 = 2.5;

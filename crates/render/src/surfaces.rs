@@ -12,7 +12,7 @@ use wgpu::{
 use crate::pipelines::{Destination, Drawing, GLOBALS, LIGHT, OUTLINE_PX, RIM_PX, layout, module};
 use crate::{Gpu, Surface, SurfaceVertex, buffers::InstanceBuffer};
 
-const SURFACE: &str = include_str!("../../../shaders/surface.wgsl");
+const SURFACE: &str = include_str!("../shaders/surface.wgsl");
 
 /// Number of copies of a surface that make its outline; `vs_outline` moves each in another direction.
 const DIRECTIONS: u32 = 8;

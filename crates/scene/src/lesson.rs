@@ -328,7 +328,7 @@ impl Lesson {
 pub const fn shipped() -> &'static [(&'static str, &'static str)] {
     macro_rules! lessons {
         ($($name:literal),+ $(,)?) => {
-            &[$(($name, include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/lessons/", $name, ".ron")))),+]
+            &[$(($name, include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/assets/lessons/", $name, ".ron")))),+]
         };
     }
     lessons![

@@ -36,7 +36,7 @@ macro_rules! files_of {
     ($folder:literal: $($name:literal),+ $(,)?) => {
         &[$(ShippedScene {
             name: $name,
-            text: include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/", $folder, "/", $name, ".ron")),
+            text: include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/assets/", $folder, "/", $name, ".ron")),
         }),+]
     };
 }

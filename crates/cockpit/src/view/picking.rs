@@ -19,7 +19,7 @@ const THINNEST_PX: f64 = 2.0;
 /// Width below which a body leaves no trace in the picture, pixels.
 const THINNEST_SHAPE_PX: f64 = 0.5;
 
-/// Smallest radius with which a particle is drawn, pixels (shaders/particle.wgsl).
+/// Smallest radius with which a particle is drawn, pixels (crates/render/shaders/particle.wgsl).
 const SMALLEST_DISC_PX: f64 = 0.75;
 
 /// How much farther than the ground a floor in its place may be found, by rounding.

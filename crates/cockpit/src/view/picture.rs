@@ -39,7 +39,7 @@ const PAPER_TRAIL_DARKENING: f32 = 0.6;
 /// Width of trails, pixels.
 const TRAIL_WIDTH_PX: f32 = 2.0;
 
-/// The color of outlines (shaders/body.wgsl).
+/// The color of outlines (crates/render/shaders/body.wgsl).
 pub(super) const OUTLINE: [f32; 4] = [1.0, 0.87, 0.1, 1.0];
 
 /// Width of the ring around a marked particle, pixels.

@@ -40,7 +40,7 @@ fn every_case_loads_by_its_name_and_says_what_survival_is() {
 #[test]
 fn every_file_of_the_folders_is_shipped() {
     for (folder, embedded) in [("scenes", shipped()), ("cases", cases())] {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets").join(folder);
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets").join(folder);
         let mut files: Vec<_> =
             std::fs::read_dir(folder).unwrap().map(|file| file.unwrap().file_name()).collect();
         let mut names: Vec<std::ffi::OsString> =

@@ -17,7 +17,7 @@ use crate::tools::finder::{list_files, your_files};
 macro_rules! groups {
     ($($title:literal: $($name:literal)*;)*) => {
         &[$(($title, &[$(
-            ($name, include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/thumbnails/", $name, ".png"))),
+            ($name, include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/assets/thumbnails/", $name, ".png"))),
         )*])),*]
     };
 }
