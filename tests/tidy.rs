@@ -210,10 +210,10 @@ fn no_folder_names_what_is_not_its_own() {
 fn motion_has_serde_and_the_plugin_only_if_asked() {
     let metadata = cargo_metadata(&["--no-deps"]);
     let packages = metadata["packages"].as_array().unwrap();
-    let motion = packages.iter().find(|package| package["name"] == "motion").unwrap();
+    let motion = packages.iter().find(|package| package["name"] == "inertia-motion").unwrap();
     assert!(motion["features"]["default"].is_null());
     let dependencies = motion["dependencies"].as_array().unwrap();
-    for name in ["serde", "bevy_app"] {
+    for name in ["serde", "bevy_app", "bevy_reflect", "bevy_time", "bevy_transform"] {
         let found = dependencies.iter().find(|dependency| dependency["name"] == name).unwrap();
         assert_eq!(found["optional"], true, "{name}");
     }

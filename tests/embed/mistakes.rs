@@ -11,9 +11,10 @@ use motion::ledger::Ledger;
 use motion::methods::{Integrator, RungeKutta4};
 use motion::snapshot::{self, Mismatch, RestoreError, Snapshot};
 use motion::{
-    Damping, DampingRate, Drag, Elastic, Emitter, Forces, Gravity, Method, MutualGravity, OwnLaws,
-    OwnSubsteps, PhysicsBody, PushQueue, Range, Request, Requests, RidingWell, SourceMass,
-    SpeedLimit, Spring, StepSystems, Stepper, Substeps, TimeStep, Transform, Well, Wells, Wind,
+    Damping, DampingRate, Drag, Elastic, Emitter, Evaluations, Forces, Gravity, Method,
+    MutualGravity, OwnLaws, OwnSubsteps, PhysicsBody, PushQueue, Quarantine, Range, Request,
+    Requests, RidingWell, SourceMass, SpeedLimit, Spring, StepSystems, Stepper, Substeps, TimeStep,
+    Transform, Well, Wells, Wind,
 };
 
 use super::{ball, example, panic_of, state};
@@ -354,6 +355,36 @@ fn a_snapshot_that_take_cannot_have_made_is_refused_and_changes_nothing() {
     let error = snapshot::restore(&mut world, &mut stepper, &saved).unwrap_err();
     let RestoreError::Mismatch(Mismatch { missing, unknown }) = &error else { panic!("{error}") };
     assert_eq!((&missing[..], &unknown[..]), (&[ends[0]][..], &[saved.emissions[0].0][..]));
+}
+
+#[test]
+fn a_resource_that_was_removed_is_named() {
+    let message = |remove: fn(&mut World), install: bool| {
+        let mut world = World::new();
+        let mut schedule = Schedule::default();
+        let mut stepper = Stepper::new(&mut world, Method::default(), TimeStep(0.01));
+        if install {
+            stepper.install(&mut world, &mut schedule);
+            remove(&mut world);
+            return panic_of(|| schedule.run(&mut world));
+        }
+        remove(&mut world);
+        panic_of(|| stepper.tick(&mut world))
+    };
+    let removals: [(&str, fn(&mut World)); 6] = [
+        ("TimeStep", |world| drop(world.remove_resource::<TimeStep>())),
+        ("StepClock", |world| drop(world.remove_resource::<StepClock>())),
+        ("Evaluations", |world| drop(world.remove_resource::<Evaluations>())),
+        ("PushQueue", |world| drop(world.remove_resource::<PushQueue>())),
+        ("Quarantine", |world| drop(world.remove_resource::<Quarantine>())),
+        ("Requests", |world| drop(world.remove_resource::<Requests>())),
+    ];
+    for (name, remove) in removals {
+        for install in [false, true] {
+            let said = message(remove, install);
+            assert!(said.contains(&format!("the resource `{name}` was removed")), "{said}");
+        }
+    }
 }
 
 #[test]

@@ -25,7 +25,7 @@ pub fn program() -> PathBuf {
         .join(format!("sandbox{}", std::env::consts::EXE_SUFFIX));
     assert!(
         program.exists(),
-        "{} is missing; build it with `cargo build -p sandbox`",
+        "{} is missing; build it with `cargo build -p inertia-sandbox`",
         program.display()
     );
     program

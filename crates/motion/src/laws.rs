@@ -164,9 +164,10 @@ pub enum DeviceForm<'a> {
 /// A law: the acceleration of one body as a function of its own state and the time.
 ///
 /// ```
-/// use glam::DMat3;
-/// use motion::{BodyState, EvaluationTime, Jacobians, Law};
-/// use motion::units::Vector;
+/// use bevy_ecs::prelude::*;
+/// use motion::glam::DMat3;
+/// use motion::prelude::*;
+/// use motion::{BodyState, EvaluationTime, Jacobians, OwnLaws, Transform};
 ///
 /// /// A spring to the origin: `a = -w² x`.
 /// #[derive(Debug)]
@@ -182,6 +183,13 @@ pub enum DeviceForm<'a> {
 ///     }
 ///     fn depends_on_velocity(&self) -> bool { false }
 /// }
+///
+/// let mut world = World::new();
+/// let laws = OwnLaws::new(vec![Box::new(Harmonic { w: std::f64::consts::TAU })]); // or for all: `Laws`
+/// let body = world.spawn((Transform::at(Vector::X), PhysicsBody::with_mass(3.0), laws)).id();
+/// let mut stepper = Stepper::new(&mut world, Method::RungeKutta4, TimeStep(0.01));
+/// (0..100).for_each(|_| stepper.tick(&mut world));
+/// assert!(world.get::<Transform>(body).unwrap().position.distance(Vector::X) < 1e-5);
 /// ```
 pub trait Law: Debug + Send + Sync + 'static {
     /// Name of the law in summaries, plans and receipts.

@@ -26,6 +26,12 @@
 //! assert!((body.velocity.x - 30.0 / 2.0 / 120.0).abs() < 1e-12 && (body.velocity.y + 9.8).abs() < 1e-12);
 //! ```
 //!
+//! More examples, one thing each: a law of your own at [`Law`], springs at [`Spring`], ropes, cloths and jelly at [`SoftForm`], fountains
+//! at [`Emitter::new`], a method of your own at [`Stepper::of`], bodies that go and come back at [`Stepper`], rollback at
+//! [`snapshot::roll_back`], files at [`Snapshot::with_names`](snapshot::Snapshot::with_names), threads at [`Threads`], a ledger at
+//! [`Ledger::install`](ledger::Ledger::install), a forecast at [`Margins`](margin::Margins), a quarantine that ends at
+//! [`Quarantine::release`].
+//!
 //! - Bodies are entities with [`Transform`], [`PhysicsBody`] and [`Force`]; options such as [`SpeedLimit`] are components.
 //! - Laws are resources ([`Gravity`], [`Drag`], [`Wells`], [`Damping`]), your own are [`Law`]s in [`Laws`] or [`OwnLaws`].
 //! - [`Stepper`] compiles the schedule of a [`Method`] and runs ticks; [`Stepper::install`] puts it into your schedule.
@@ -46,6 +52,7 @@
 //! - [`snapshot`]: the state of a world between two ticks, taken out and put back.
 //! - `observe`: [`ledger`], [`margin`], [`forces_on`] and [`totals`](totals()), which read a world and change nothing.
 
+#![cfg_attr(docsrs, feature(doc_cfg))]
 #![cfg_attr(test, allow(clippy::wildcard_enum_match_arm, reason = "a test is of some of them"))]
 
 mod groups;
@@ -108,6 +115,8 @@ pub use tick::quarantine::{Cause, Fault, Quarantine, QuarantineRecord};
 /// The items that most programs with bodies need. [`Transform`](crate::Transform) is not one of them, so that Bevy's prelude can
 /// be used beside this one.
 pub mod prelude {
+    #[cfg(feature = "bevy")]
+    pub use crate::InertiaPlugin;
     pub use crate::units::{Scalar, Vector};
     pub use crate::{
         Damping, DampingModel, Drag, Elastic, Force, Forces, Gravity, Law, Laws, Method,
@@ -165,5 +174,5 @@ pub mod internals {
 
 /// The examples of the README, as tests.
 #[cfg(doctest)]
-#[doc = include_str!("../../../README.md")]
+#[doc = include_str!("../README.md")]
 struct Readme;

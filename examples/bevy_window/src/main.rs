@@ -1,8 +1,9 @@
-//! A thousand balls that a spring pulls to their places, in a window of Bevy. The space bar blows them away.
+//! A thousand balls on springs in a gusty wind, in a window of Bevy. The space bar throws them up.
 //!
 //! Run with `cargo run` in this folder, whose compiler is the one that Bevy wants.
 
 use bevy::prelude::*;
+use motion::Wind;
 use motion::prelude::*;
 
 #[derive(Component)]
@@ -13,7 +14,8 @@ fn spawn(
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<StandardMaterial>>,
 ) {
-    let (ball, color) = (meshes.add(Sphere::new(0.3)), materials.add(Color::srgb(0.9, 0.5, 0.2)));
+    let (ball, color) =
+        (meshes.add(Sphere::new(0.3).mesh().uv(16, 8)), materials.add(Color::srgb(0.9, 0.5, 0.2)));
     for number in 0..1000_u32 {
         let [x, y, z] = [number % 10, number / 10 % 10, number / 100].map(|i| f64::from(i) - 4.5);
         let home = commands
@@ -26,7 +28,7 @@ fn spawn(
     }
     commands.spawn((
         Camera3d::default(),
-        Transform::from_xyz(9.0, 6.0, 16.0).looking_at(Vec3::ZERO, Vec3::Y),
+        Transform::from_xyz(11.0, 7.0, 20.0).looking_at(Vec3::ZERO, Vec3::Y),
     ));
     commands.spawn((
         DirectionalLight::default(),
@@ -34,17 +36,17 @@ fn spawn(
     ));
 }
 
-fn blow(keys: Res<ButtonInput<KeyCode>>, mut forces: Forces, balls: Query<Entity, With<Ball>>) {
+fn throw(keys: Res<ButtonInput<KeyCode>>, mut forces: Forces, balls: Query<Entity, With<Ball>>) {
     if keys.pressed(KeyCode::Space) {
-        balls.iter().for_each(|ball| forces.add(ball, Vector::new(30.0, 10.0, -15.0)));
+        balls.iter().for_each(|ball| forces.add(ball, Vector::Y * 40.0));
     }
 }
 
 fn main() {
     App::new()
         .add_plugins((DefaultPlugins, InertiaPlugin::default().with_drawing()))
-        .insert_resource(Drag::new(0.3, 0.0))
+        .insert_resource(Drag::new(0.5, 0.0).in_wind(Wind::new(Vector::X * 8.0).gusting(15.0, 0.5)))
         .add_systems(Startup, spawn)
-        .add_systems(FixedUpdate, blow.before(StepSystems::Integrate))
+        .add_systems(FixedUpdate, throw.before(StepSystems::Integrate))
         .run();
 }

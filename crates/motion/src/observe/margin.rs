@@ -181,6 +181,26 @@ pub struct SpringMargin {
 /// together, which Lanczos's iteration finds. The single fastest mode suffices without damping, or with the same
 /// damping everywhere. Groups of up to four bodies are not reduced. Mutual gravity is that of the pair with the highest
 /// frequency.
+///
+/// ```
+/// use bevy_ecs::prelude::*;
+/// use motion::margin::Margins;
+/// use motion::prelude::*;
+///
+/// let mut world = World::new();
+/// let wall = world.spawn(PhysicsBody::IMMOVABLE).id();
+/// let mass = world.spawn((motion::Transform::at(Vector::X), PhysicsBody::with_mass(1.0))).id();
+/// world.spawn(Spring { ends: [wall, mass], elastic: Elastic::new(1e4, 1.0) });
+/// let mut stepper = Stepper::new(&mut world, Method::SemiImplicitEuler, TimeStep(1.0 / 60.0));
+/// let margins = Margins::of(&world, stepper.method());
+/// assert!(!margins.list()[0].is_unstable()); // w h = 100 / 60, and the limit is 2.
+///
+/// world.insert_resource(TimeStep(1.0 / 30.0));
+/// let margin = &Margins::of(&world, stepper.method()).list()[0];
+/// assert!(margin.is_unstable());
+/// assert_eq!(margin.cure.substeps, Some(2));
+/// # stepper.tick(&mut world);
+/// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Margins {
     list: Vec<Margin>,

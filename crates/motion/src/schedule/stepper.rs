@@ -12,7 +12,8 @@ use crate::schedule::plan::{OutsideMethod, PlanInputs, StepPlan};
 use crate::schedule::requests::{self, Requests};
 use crate::schedule::restart::leave_methods;
 use crate::schedule::systems::{
-    StepSystems, apply_forces, clear_forces, inner_schedule, insert_step_resources, step_schedule,
+    StepSystems, apply_forces, check_step_resources, clear_forces, inner_schedule,
+    insert_step_resources, step_schedule,
 };
 use crate::state::clock::{StepClock, TimeStep};
 use crate::state::disabled::watch_disabled;
@@ -43,6 +44,25 @@ const NOT_INSTALLED: &str = "call `Stepper::install` first; it cannot be used wi
 /// Ticks skip a body, spring or emitter with Bevy's [`Disabled`](bevy_ecs::entity_disabling::Disabled), and a body without its
 /// `Transform` or [`Force`](crate::Force), as if it were removed. A body and a spring come back in the state in which they left,
 /// without a force; an emitter begins as a new one, and its particles are dormant meanwhile.
+///
+/// ```
+/// use bevy_ecs::entity_disabling::Disabled;
+/// use bevy_ecs::prelude::*;
+/// use motion::prelude::*;
+///
+/// let mut world = World::new();
+/// let moving = PhysicsBody::with_mass(1.0).moving_at(Vector::X);
+/// let [one, other] = [(); 2].map(|()| world.spawn(moving).id());
+/// let mut stepper = Stepper::new(&mut world, Method::SemiImplicitEuler, TimeStep(1.0));
+/// stepper.tick(&mut world);
+/// world.despawn(other);
+/// world.entity_mut(one).insert(Disabled);
+/// stepper.tick(&mut world);
+/// world.entity_mut(one).remove::<Disabled>();
+/// world.insert_resource(Gravity::EARTH);
+/// stepper.tick(&mut world);
+/// assert_eq!(world.get::<motion::Transform>(one).unwrap().position, Vector::new(2.0, -9.8, 0.0));
+/// ```
 ///
 /// A running body's velocity, position, inverse mass and method are changed by a [`Request`](crate::Request): the method
 /// state of position Verlet belongs to the old values, and so do the counts of evaluations and the groups. Under position
@@ -132,39 +152,28 @@ impl Stepper {
     /// ```
     /// use bevy_ecs::prelude::*;
     /// use motion::methods::{Field, Integrator, StepState};
-    /// use motion::{Evaluations, Method, PhysicsBody, Stepper, TimeStep, Transform, Well, Wells, units::Vector};
+    /// use motion::prelude::*;
     ///
     /// /// Ralston's method of order 2 (Ralston 1962).
     /// #[derive(Clone, Copy, Default)]
     /// struct Ralston;
-    ///
     /// impl Integrator for Ralston {
     ///     const METHOD: Method = Method::RungeKutta2Heun;
-    ///
-    ///     fn step<F: Field>(
-    ///         field: &mut F,
-    ///         x: F::Space,
-    ///         v: F::Space,
-    ///         _: &mut StepState<F>,
-    ///     ) -> (F::Space, F::Space) {
-    ///         let h = field.step();
-    ///         let a1 = field.acceleration(0.0, x, v);
+    ///     fn step<F: Field>(f: &mut F, x: F::Space, v: F::Space, _: &mut StepState<F>) -> (F::Space, F::Space) {
+    ///         let h = f.step();
+    ///         let a1 = f.acceleration(0.0, x, v);
     ///         let (x2, v2) = (x + v * (h * 2.0 / 3.0), v + a1 * (h * 2.0 / 3.0));
-    ///         let a2 = field.acceleration(2.0 / 3.0, x2, v2);
+    ///         let a2 = f.acceleration(2.0 / 3.0, x2, v2);
     ///         (x + (v + v2 * 3.0) * (h / 4.0), v + (a1 + a2 * 3.0) * (h / 4.0))
     ///     }
     /// }
-    ///
     /// let mut world = World::new();
-    /// world.insert_resource(Wells(vec![Well::new(Vector::ZERO, 1.0)]));
-    /// let body = PhysicsBody::with_mass(1.0).moving_at(Vector::Y);
-    /// let body = world.spawn((Transform::at(Vector::X), body)).id();
-    /// let turn = std::f64::consts::TAU;
-    /// let mut stepper = Stepper::of::<Ralston>(&mut world, TimeStep(turn / 1000.0));
-    /// (0..1000).for_each(|_| stepper.tick(&mut world));
-    /// // Back at the start of a circle of radius 1.
-    /// assert!(world.entity(body).components::<&Transform>().position.distance(Vector::X) < 1e-3);
-    /// assert_eq!(world.resource::<Evaluations>().accelerations(), 2 * 1000);
+    /// world.insert_resource(motion::Wells(vec![motion::Well::new(Vector::ZERO, 1.0)]));
+    /// let body = (motion::Transform::at(Vector::X), PhysicsBody::with_mass(1.0).moving_at(Vector::Y));
+    /// let body = world.spawn(body).id();
+    /// let mut stepper = Stepper::of::<Ralston>(&mut world, TimeStep(std::f64::consts::TAU / 1000.0));
+    /// (0..1000).for_each(|_| stepper.tick(&mut world)); // once round a circle
+    /// assert!(world.get::<motion::Transform>(body).unwrap().position.distance(Vector::X) < 1e-3);
     /// ```
     ///
     /// # Panics
@@ -325,6 +334,9 @@ impl Stepper {
 
     /// Brings the schedule up to date: carries out requests, and compiles again where the world asks for it. Idempotent.
     pub(crate) fn make_ready(&mut self, world: &mut World) {
+        if cfg!(debug_assertions) {
+            check_step_resources(world);
+        }
         if take_over(world, LastMethod(self.plan.method, self.plan.outside)) {
             self.recompile(world);
         }

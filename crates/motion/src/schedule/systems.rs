@@ -17,6 +17,7 @@ use crate::methods::{ExplicitEuler, MethodStateKind, SemiImplicitEuler};
 use crate::schedule::backend::ParticleBackend;
 use crate::schedule::emission::emit_particles;
 use crate::schedule::plan::{Passes, StepPlan};
+use crate::schedule::requests::Requests;
 use crate::state::clock::{StepClock, TimeStep};
 use crate::state::components::{PhysicsBody, Quarantined};
 use crate::state::coupling::Grouped;
@@ -224,8 +225,34 @@ pub fn insert_step_resources(world: &mut World, step: TimeStep) {
     world.init_resource::<TickRecords>();
 }
 
+/// Checks that the resources of a tick are in `world`. Ticks of an optimized build do without: there Bevy names the system that
+/// misses one.
+///
+/// # Panics
+/// If one was removed; the message names it.
+pub(crate) fn check_step_resources(world: &World) {
+    fn check<R: Resource>(world: &World) {
+        assert!(world.contains_resource::<R>(), "{}", removed::<R>());
+    }
+    check::<TimeStep>(world);
+    check::<StepClock>(world);
+    check::<Evaluations>(world);
+    check::<PushQueue>(world);
+    check::<Quarantine>(world);
+    check::<Requests>(world);
+}
+
+fn removed<R>() -> String {
+    let path = std::any::type_name::<R>();
+    let name = path.rsplit("::").next().unwrap_or(path);
+    format!(
+        "the resource `{name}` was removed from the world; insert it again, or make a new `Stepper`, which does"
+    )
+}
+
 /// Turns queued pushes into the forces of this tick.
-pub fn apply_forces(mut queue: ResMut<PushQueue>, mut forces: Forces) {
+pub fn apply_forces(queue: Option<ResMut<PushQueue>>, mut forces: Forces) {
+    let mut queue = queue.unwrap_or_else(|| panic!("{}", removed::<PushQueue>()));
     for push in queue.bypass_change_detection().take() {
         forces.add(push.body, push.newtons);
     }

@@ -82,6 +82,22 @@ impl Elastic {
 ///
 /// The spring is inert if an end no longer exists, has no physics, is disabled or quarantined, or is a particle of an
 /// [`Emitter`](crate::Emitter), which is logged. The first tick panics if a number is below 0.
+///
+/// ```
+/// use bevy_ecs::prelude::*;
+/// use motion::prelude::*;
+///
+/// let mut world = World::new();
+/// let wall = world.spawn(PhysicsBody::IMMOVABLE).id();
+/// let mass = world.spawn((motion::Transform::at(Vector::X * 1.5), PhysicsBody::with_mass(2.0))).id();
+/// world.spawn(Spring { ends: [wall, mass], elastic: Elastic::new(8.0, 1.0) });
+/// let turn = std::f64::consts::TAU * (2.0_f64 / 8.0).sqrt();
+/// let mut stepper = Stepper::new(&mut world, Method::VelocityVerlet, TimeStep(turn / 100.0));
+/// (0..100).for_each(|_| stepper.tick(&mut world));
+/// // Half a meter longer than at rest, it is back there after a period of 2 π sqrt(m / k).
+/// let position = world.get::<motion::Transform>(mass).unwrap().position;
+/// assert!((position - Vector::X * 1.5).length() < 1e-3);
+/// ```
 #[derive(Component, Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect), reflect(Component))]
 #[component(immutable, on_insert = structure_changed, on_discard = structure_changed)]

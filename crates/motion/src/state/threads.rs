@@ -5,6 +5,25 @@ use bevy_tasks::{ComputeTaskPool, TaskPool, TaskPoolBuilder};
 
 /// The threads that share the bodies of a tick. A world without this resource uses one thread. The state is the same,
 /// bit for bit, with any number of threads.
+///
+/// ```
+/// use bevy_ecs::prelude::*;
+/// use motion::prelude::*;
+/// use motion::{Threads, Transform};
+///
+/// let run = |threads| {
+///     let mut world = World::new();
+///     world.insert_resource(Threads::new(threads));
+///     world.insert_resource(Drag::new(0.1, 0.2));
+///     let body = |n: usize| PhysicsBody::with_mass(1.0).moving_at(Vector::X * n as f64);
+///     let bodies: Vec<_> = (0..2 * Threads::FROM).map(|n| world.spawn(body(n)).id()).collect();
+///     let mut stepper = Stepper::new(&mut world, Method::RungeKutta4, TimeStep(0.01));
+///     (0..5).for_each(|_| stepper.tick(&mut world));
+///     let position = |body| world.get::<Transform>(body).unwrap().position.x.to_bits();
+///     bodies.into_iter().map(position).collect::<Vec<_>>()
+/// };
+/// assert_eq!(run(1), run(4));
+/// ```
 #[derive(Resource, Debug)]
 pub struct Threads {
     pool: Pool,
