@@ -3,3 +3,8 @@
 
 pub mod mutants;
 pub mod targets;
+
+/// The example of the README, as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
