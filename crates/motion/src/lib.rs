@@ -112,7 +112,7 @@ pub use state::substeps::{OwnSubsteps, Substeps};
 pub use state::threads::Threads;
 pub use tick::quarantine::{Cause, Fault, Quarantine, QuarantineRecord};
 
-/// The items that most programs with bodies need. [`Transform`](crate::Transform) is not one of them, so that Bevy's prelude can
+/// The items that most programs with bodies need. [`Transform`] is not among them, so that Bevy's prelude can
 /// be used beside this one.
 pub mod prelude {
     #[cfg(feature = "bevy")]

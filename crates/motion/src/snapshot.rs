@@ -155,7 +155,7 @@ pub struct Snapshot<B = Entity, Bodies = Vec<B>, Log = NoLog> {
     /// What each emitter has emitted.
     #[cfg_attr(feature = "serde", serde(deserialize_with = "list"))]
     pub emissions: Vec<(B, EmissionState)>,
-    /// What a [`ParticleBackend`](crate::ParticleBackend) logs of each of its emitters.
+    /// What a `ParticleBackend` logs of each of its emitters.
     #[cfg_attr(
         feature = "serde",
         serde(rename = "swarms", deserialize_with = "list", skip_serializing_if = "Vec::is_empty")
@@ -274,7 +274,7 @@ pub fn take(world: &World, stepper: &Stepper) -> Snapshot {
     Snapshot { springs, joints, ..take_with(world, stepper) }
 }
 
-/// [`take`], with the `Log` that a [`ParticleBackend`](crate::ParticleBackend) keeps of emitters, and without the checksum of springs:
+/// [`take`], with the `Log` that a `ParticleBackend` keeps of emitters, and without the checksum of springs:
 /// for programs that make the springs of a world themselves.
 ///
 /// # Panics

@@ -5,7 +5,7 @@ use bevy_ecs::schedule::ScheduleConfigs;
 use bevy_ecs::system::ScheduleSystem;
 
 /// A crate that keeps the particles of some emitters itself, for example on a graphics device. The pools of these emitters
-/// are empty. A resource, which makes the crate a part of every tick; [`due_particles`](crate::due_particles) says which
+/// are empty. A resource, which makes the crate a part of every tick; `due_particles` says which
 /// particles are born and die.
 #[derive(Resource, Clone, Copy, Debug)]
 pub struct ParticleBackend {

@@ -178,7 +178,7 @@ pub struct DueParticles {
 }
 
 /// Advances an emitter with an empty pool, whose particles share `slots` slots, by the coming tick, for a
-/// [`ParticleBackend`](crate::ParticleBackend). `None` if the entity is no emitter, on or off.
+/// `ParticleBackend`. `None` if the entity is no emitter, on or off.
 pub fn due_particles(world: &mut World, entity: Entity, slots: u64) -> Option<DueParticles> {
     let tick = coming_tick(world);
     let parts = world.get_entity(entity).ok()?;

@@ -27,7 +27,7 @@ pub enum Passes {
     /// One system after the other, each over all bodies, as the tutorial has it.
     #[default]
     Two,
-    /// [`integrate_in_one_pass`](crate::systems::integrate_in_one_pass): the same arithmetic, half the memory traffic.
+    /// `integrate_in_one_pass`: the same arithmetic, half the memory traffic.
     One,
 }
 

@@ -42,7 +42,7 @@ pub struct Emitter {
     /// Position at which particles are born, m.
     pub position: Vector,
     /// The pool of bodies, each of which is in no other pool. The first tick makes each of them a [`Particle`], [`Dormant`] until
-    /// it is born. Empty if a [`ParticleBackend`](crate::ParticleBackend) keeps the particles.
+    /// it is born. Empty if a `ParticleBackend` keeps the particles.
     pub pool: Vec<Entity>,
     /// Velocity at birth of each body of the pool, m/s; at least as many as there are bodies.
     pub launches: Vec<Vector>,
@@ -146,7 +146,7 @@ fn dormant_changed(world: DeferredWorld, context: HookContext) {
 pub(crate) struct EmittersChanged(pub bool);
 
 /// Has the pools of emitters prepared again before the next tick. A hook, also for the components of a
-/// [`ParticleBackend`](crate::ParticleBackend).
+/// `ParticleBackend`.
 pub fn emitters_changed(mut world: DeferredWorld, _: HookContext) {
     if let Some(mut changed) = world.get_resource_mut::<EmittersChanged>() {
         changed.0 = true;
