@@ -32,13 +32,13 @@
 //! [`Ledger::install`](ledger::Ledger::install), a forecast at [`Margins`](margin::Margins), a quarantine that ends at
 //! [`Quarantine::release`].
 //!
-//! - Bodies are entities with [`Transform`], [`PhysicsBody`] and [`Force`]; options such as [`SpeedLimit`] are components.
+//! - Bodies are entities with a [`PhysicsBody`], which brings its [`Transform`] and [`Force`]; options such as [`SpeedLimit`] are components.
 //! - Laws are resources ([`Gravity`], [`Drag`], [`Wells`], [`Damping`]), your own are [`Law`]s in [`Laws`] or [`OwnLaws`].
 //! - [`Stepper`] compiles the schedule of a [`Method`] and runs ticks; [`Stepper::install`] puts it into your schedule.
 //! - [`bevy_ecs`] and [`glam`], whose types are in this interface, are exported as the versions that it was built with.
 //! - [`Requests`] change bodies, laws and methods between two ticks; [`PushQueue`] and [`Forces`] push.
 //!
-//! The modules, each of which uses only those before it:
+//! The folders of the source, each of which uses only those before it:
 //!
 //! - `simd` and [`units`]: vector instructions of the machine; the scalar and vector of the simulation.
 //! - `names` and `lists`, with the feature `serde`: helpers of derives for files.
@@ -119,8 +119,9 @@ pub mod prelude {
     pub use crate::InertiaPlugin;
     pub use crate::units::{Scalar, Vector};
     pub use crate::{
-        Damping, DampingModel, Drag, Elastic, Force, Forces, Gravity, Law, Laws, Method,
-        PhysicsBody, PushQueue, Request, Requests, Spring, StepSystems, Stepper, TimeStep,
+        Damping, DampingModel, Drag, Elastic, Emitter, Force, Forces, Gravity, Law, Laws, Method,
+        OwnLaws, PhysicsBody, Push, PushQueue, Request, Requests, Spring, StepSystems, Stepper,
+        TimeStep,
     };
 }
 

@@ -60,7 +60,7 @@ use crate::schedule::effects::{self, Effect, EffectState};
 use crate::schedule::emission::orphans;
 use crate::schedule::requests::{Request, Requests};
 use crate::schedule::stepper::Stepper;
-use crate::state::archetypes::collect;
+use crate::state::archetypes::{collect, values};
 use crate::state::clock::{ClockState, StepClock, TimeStep};
 use crate::state::components::{PhysicsBody, Quarantined, Transform};
 use crate::state::coupling::CouplingChanged;
@@ -107,8 +107,8 @@ pub struct Snapshot<B = Entity, Bodies = Vec<B>, Log = NoLog> {
     /// The type of the stepper's method, if that is [of your own](Stepper::of).
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
     pub integrator: Option<String>,
-    /// A checksum of the springs and of those of soft bodies, without their ends; it is not written. `None` is not compared.
-    #[cfg_attr(feature = "serde", serde(skip))]
+    /// A checksum of the springs and of those of soft bodies between `bodies`. `None` is not compared.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
     pub springs: Option<u64>,
     /// The springs and soft bodies that the checksum is of, for [`roll_back`]; `None` after [`Snapshot::rename`] and in files.
     #[cfg_attr(feature = "serde", serde(skip))]
@@ -155,7 +155,7 @@ pub struct Snapshot<B = Entity, Bodies = Vec<B>, Log = NoLog> {
     /// What each emitter has emitted.
     #[cfg_attr(feature = "serde", serde(deserialize_with = "list"))]
     pub emissions: Vec<(B, EmissionState)>,
-    /// What a `ParticleBackend` logs of each of its emitters.
+    /// What a particle backend logs of each of its emitters.
     #[cfg_attr(
         feature = "serde",
         serde(rename = "swarms", deserialize_with = "list", skip_serializing_if = "Vec::is_empty")
@@ -270,11 +270,12 @@ type IsBody = (With<Transform>, With<PhysicsBody>);
 /// If no stepper was made for `world`.
 #[must_use]
 pub fn take(world: &World, stepper: &Stepper) -> Snapshot {
-    let (springs, joints) = (Some(checksum_of_springs(world)), Some(joints(world)));
-    Snapshot { springs, joints, ..take_with(world, stepper) }
+    let state = take_with(world, stepper);
+    let springs = Some(checksum_of_springs(world, &state.bodies));
+    Snapshot { springs, joints: Some(joints(world)), ..state }
 }
 
-/// [`take`], with the `Log` that a `ParticleBackend` keeps of emitters, and without the checksum of springs:
+/// [`take`], with the `Log` that a particle backend, as the crate `swarm` is one, keeps of emitters, and without the checksum of springs:
 /// for programs that make the springs of a world themselves.
 ///
 /// # Panics
@@ -333,23 +334,27 @@ pub fn take_with<Log: Component + Clone>(
     }
 }
 
-/// A checksum of the springs between bodies that there are, in any order.
-fn checksum_of_springs(world: &World) -> u64 {
-    let of = |elastic: &Elastic| {
-        let Elastic { stiffness, damping, rest_length, pull_only } = *elastic;
-        let start = if pull_only { 3 } else { 1 };
-        let mix =
-            |sum: u64, number: Scalar| (sum ^ number.to_bits()).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        [stiffness, damping, rest_length].into_iter().fold(start, mix)
-    };
-    let is_there = |body: &Entity| world.get_entity(*body).is_ok();
-    let springs = collect(world, |(_, spring): (Entity, &Spring)| {
-        spring.ends.iter().all(is_there).then(|| of(&spring.elastic))
+/// A checksum of the springs between these bodies, in any order. It names a body by its place in the list, which is the same in
+/// every world and file.
+fn checksum_of_springs(world: &World, bodies: &[Entity]) -> u64 {
+    let springs = values::<Spring>(world).map(|spring| (spring.ends, spring.elastic));
+    let links = values::<SoftBody>(world).flat_map(|soft| {
+        let point = |end: u32| soft.points.get(end as usize).copied();
+        let ends = move |[a, b]: [u32; 2]| Some([point(a)?, point(b)?]);
+        soft.springs.iter().filter_map(move |link| Some((ends(link.ends)?, link.elastic)))
     });
-    let soft = collect(world, |(_, body): (Entity, &SoftBody)| {
-        Some(body.springs.iter().map(|link| of(&link.elastic)).fold(0, u64::wrapping_add))
+    let mut all = springs.chain(links).peekable();
+    if all.peek().is_none() {
+        return 0;
+    }
+    let place: EntityHashMap<u64> = bodies.iter().copied().zip(0..).collect();
+    let sums = all.filter_map(|(ends, Elastic { stiffness, damping, rest_length, pull_only })| {
+        let [a, b] = [*place.get(&ends[0])?, *place.get(&ends[1])?];
+        let numbers = [stiffness, damping, rest_length].map(Scalar::to_bits);
+        let words = [a, b, u64::from(pull_only)].into_iter().chain(numbers);
+        Some(words.fold(1, |sum: u64, word| (sum ^ word).wrapping_mul(0x9e37_79b9_7f4a_7c15)))
     });
-    springs.into_iter().chain(soft).fold(0, u64::wrapping_add)
+    sums.fold(0, u64::wrapping_add)
 }
 
 /// The springs and soft bodies of `world`.
@@ -362,8 +367,8 @@ fn joints(world: &World) -> Vec<Entity> {
 /// [`restore`] across spawns and despawns, as a network game rolls back: despawns the bodies, emitters, springs and soft bodies
 /// that `snapshot` lacks, and enables those of it that are [disabled](bevy_ecs::entity_disabling::Disabled).
 ///
-/// So a game disables what it takes out of play, and despawns it when no snapshot is left that has it: an entity that is
-/// despawned cannot come back under its name.
+/// So a game disables what it takes out of play, springs too, and despawns it when no snapshot is left that has it: an entity that is
+/// despawned cannot come back under its name. A spring that was changed is refused, as by [`restore`].
 ///
 /// ```
 /// use bevy_ecs::entity_disabling::Disabled;
@@ -417,7 +422,7 @@ pub fn roll_back(
     restore(world, stepper, snapshot)
 }
 
-/// Puts `world` and its `stepper` into the state of `snapshot`.
+/// Puts `world` and its `stepper` into the state of `snapshot`, with its method and its length of a tick.
 ///
 /// # Errors
 /// If the bodies, emitters or springs of `world` or the [`Integrator`](crate::methods::Integrator) of `stepper` are not those of
@@ -553,7 +558,8 @@ impl<Log: Clone> MapEntities for Snapshot<Entity, Vec<Entity>, Log> {
 
 impl<B, Log> Snapshot<B, Vec<B>, Log> {
     /// The same state with other names of bodies and emitters, for files and other worlds. See [`Snapshot::rename`] for names
-    /// that some do not have.
+    /// that some do not have. A file has to keep every bit of a number: `serde_json` reads them only with its feature
+    /// `float_roundtrip`.
     ///
     /// ```
     /// # #[cfg(feature = "serde")] {
@@ -693,7 +699,7 @@ impl<Log> Snapshot<Entity, Vec<Entity>, Log> {
             "own_substeps",
             "their number is out of its range",
         )?;
-        if self.springs.is_some_and(|springs| springs != checksum_of_springs(world)) {
+        if self.springs.is_some_and(|springs| springs != checksum_of_springs(world, &self.bodies)) {
             return Err(RestoreError::Springs);
         }
         ensure(

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use bevy_app::prelude::*;
 use bevy_ecs::prelude::*;
-use bevy_reflect::{PartialReflect, TypeRegistry};
+use bevy_reflect::PartialReflect;
 use bevy_time::{Fixed, Time, TimePlugin, TimeUpdateStrategy, Virtual};
 use bevy_transform::TransformPlugin;
 use motion::clock::StepClock;
@@ -132,9 +132,9 @@ fn without_a_fixed_schedule_bodies_are_drawn_where_they_are() {
 
 #[test]
 fn components_and_settings_can_be_inspected() {
-    let mut registry = TypeRegistry::new();
-    registry.register::<PhysicsBody>();
-    registry.register::<Gravity>();
+    let app = App::new();
+    let registry = app.world().resource::<AppTypeRegistry>().read();
+    assert!(registry.get(std::any::TypeId::of::<Gravity>()).is_some());
     let component =
         registry.get_type_data::<ReflectComponent>(std::any::TypeId::of::<PhysicsBody>());
     assert!(component.is_some());

@@ -15,7 +15,7 @@ use crate::state::emitter::Dormant;
 use crate::units::{Scalar, Vector, at_least_0};
 
 /// A [`Well`] that rides on a body. It attracts the bodies that have it among their [`OwnLaws`](crate::OwnLaws): copies of one
-/// well share its motion. A well among the laws of its own carrier is refused.
+/// well share its motion. Inserting a well among the laws of its own carrier panics.
 ///
 /// Within a tick the carrier counts as moving uniformly, with its velocity at the start of the tick, so that methods of an
 /// order above 2 are of order 2 here. The well does not attract while its carrier is removed, disabled, quarantined or

@@ -54,7 +54,8 @@ use crate::state::threads::Threads;
 ///
 /// # Rate
 /// The length of a tick and Bevy's `Time<Fixed>` are one setting: 64 ticks per second unless you change it, by
-/// [`with_hz`](Self::with_hz), `Time::<Fixed>::from_hz`, or later by another [`TimeStep`] or `Time::<Fixed>::set_timestep_hz`. The
+/// [`with_hz`](Self::with_hz), `Time::<Fixed>::from_hz`, or later by another [`TimeStep`] or `Time::<Fixed>::set_timestep_hz`; the last
+/// one holds. Bevy counts whole nanoseconds: of 120 Hz a [`TimeStep`] has 1/120 s to the last bit if it was given to the plugin. The
 /// physics reads no clock: how many ticks a frame has is decided by Bevy's `TimePlugin`, one of its default plugins. Without it
 /// nothing runs [`FixedUpdate`]: run it yourself, as above, or choose another [schedule](Self::in_schedule), whose ticks have 1/64 s
 /// unless you say otherwise.
@@ -66,7 +67,10 @@ use crate::state::threads::Threads;
 /// # Energy
 /// [`LedgerPlugin`](crate::ledger::LedgerPlugin) beside this plugin keeps a ledger as a resource.
 /// [`totals`](crate::totals()), [`each_force`](crate::each_force) and [margins](crate::margin) are functions of `&World`, which a system may
-/// have as its parameter; a [snapshot](crate::snapshot) is taken by [`Stepper::installed`].
+/// have as its parameter, as is [`Stepper::installed_method`]; a [snapshot](crate::snapshot) is taken by [`Stepper::installed`].
+///
+/// # Inspection
+/// Components and settings are `Reflect`. Bevy's feature `reflect_auto_register`, one of its default ones, registers them.
 ///
 /// # Drawing
 /// The physics moves its own [`Transform`](crate::Transform), in `f64`. [`with_drawing`](Self::with_drawing) moves Bevy's

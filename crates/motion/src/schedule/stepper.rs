@@ -26,7 +26,8 @@ use crate::state::substeps::Substeps;
 use crate::tick::body_filter::BodyFilter;
 use crate::tick::quarantine::quarantine_bodies;
 
-const NOT_INSTALLED: &str = "call `Stepper::install` first; it cannot be used within itself";
+const NOT_INSTALLED: &str = "no stepper is installed in this world, or it is in use: call `Stepper::install` first, and nothing of it \
+     within `Stepper::installed`";
 
 /// The compiled schedule of a world and what a tick does around it: before it, requests and compiling again; after it,
 /// the clock.
@@ -35,7 +36,7 @@ const NOT_INSTALLED: &str = "call `Stepper::install` first; it cannot be used wi
 /// The next tick notices these without a call:
 /// - resources inserted, changed or removed: [`Gravity`](crate::Gravity), [`Damping`](crate::Damping),
 ///   [`Drag`](crate::Drag), [`Wells`](crate::Wells), [`Laws`](crate::Laws), [`MutualGravity`](crate::MutualGravity),
-///   [`Substeps`](crate::Substeps), [`Range`](crate::Range), [`TimeStep`], [`Threads`](crate::Threads);
+///   [`Substeps`](crate::Substeps), [`Range`](crate::Range), [`Threads`](crate::Threads), and another [`TimeStep`];
 /// - bodies, springs and emitters spawned, despawned, disabled and enabled;
 /// - components inserted into bodies or removed from them, such as [`OwnLaws`] or another
 ///   [`PhysicsBody`](crate::PhysicsBody), whose velocity is that at the time of the position;
@@ -134,6 +135,9 @@ impl Drop for Lent<'_> {
 
 impl Stepper {
     /// Prepares `world` for ticks of `step` and compiles the schedule of `method`.
+    ///
+    /// Several steppers may take turns in a world, each with its method. The length of a tick belongs to the world, so that of the last
+    /// one that was made holds.
     ///
     /// # Panics
     /// If `step` is negative or not finite. When two systems of the schedule access the same data in no stated order,
@@ -297,6 +301,12 @@ impl Stepper {
         world.contains_resource::<Installed>()
     }
 
+    /// The [method](Self::method) of the stepper that is [installed](Stepper::install) in `world`, if there is one that is not in use.
+    #[must_use]
+    pub fn installed_method(world: &World) -> Option<Method> {
+        world.get_resource::<Installed>()?.stepper.as_ref().map(Self::method)
+    }
+
     /// Calls `use_it` with the stepper that was [installed](Stepper::install), for example to change the method.
     ///
     /// # Panics
@@ -313,7 +323,7 @@ impl Stepper {
     ///
     /// # Panics
     /// As [`Stepper::new`], and if `world` has an [installed](Stepper::install) stepper: then run its schedule. If the stepper
-    /// was made for another world. If a number of a law, a spring, an emitter, the [`TimeStep`] or [`Substeps`] is out of
+    /// was made for another world. If a resource that it inserted, such as [`TimeStep`] or [`Requests`], was removed. If a number of a law, a spring, an emitter, the [`TimeStep`] or [`Substeps`] is out of
     /// the range that its documentation states; nothing has moved then.
     pub fn tick(&mut self, world: &mut World) {
         assert!(

@@ -13,7 +13,7 @@ use crate::units::{Rotation, Scalar, Vector, at_least_0};
 ///
 /// A tick marks it as changed for every body that it integrates, also for one that ends where it began, because comparing would cost
 /// more than moving. So `Changed<Transform>` finds all bodies but those that are [`Static`](crate::Static), dormant or quarantined;
-/// to find those that moved, compare with [`PreviousPosition`](crate::PreviousPosition).
+/// to find those that moved, compare with [`PreviousPosition`](crate::PreviousPosition), which says how.
 ///
 /// Orientation is a separate component, so that a step moves no byte that it does not use.
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
@@ -153,9 +153,12 @@ pub struct Orientation(pub Rotation);
 #[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect), reflect(Component))]
 pub struct StableId(pub u32);
 
-/// Largest speed with which a body moves, m/s. A faster velocity is scaled down after damping and before the move; its direction
-/// stays the same (PhysX, `DyBodyCoreIntegrator.h`). Present only on bodies with a limit. Explicit Euler accelerates after the
-/// move, so the velocity that it stores may exceed the limit by the acceleration of one step.
+/// Largest speed of a body, m/s. A faster velocity is scaled down; its direction stays the same (PhysX,
+/// `DyBodyCoreIntegrator.h`). Present only on bodies with a limit.
+///
+/// The two explicit Eulers limit the velocity after damping and before the move; explicit Euler accelerates after the move, so
+/// that what it stores may exceed the limit by the acceleration of one step. Every other method limits what it stores, before and
+/// after a tick; within it a body may move faster by the acceleration of one tick.
 ///
 /// At least 0; inserting one below panics. The component is immutable: insert another one to change it.
 #[derive(Component, Clone, Copy, Debug, PartialEq)]
@@ -169,8 +172,8 @@ fn speed_limit_inserted(world: DeferredWorld, context: HookContext) {
     }
 }
 
-/// World axes along which a body cannot move. The velocity along them is set to zero just before the move, after the
-/// speed limit (PhysX, `DyBodyCoreIntegrator.h`). Present only on bodies with a locked axis.
+/// World axes along which a body cannot move. The velocity along them is set to zero where the [speed is limited](SpeedLimit),
+/// after that (PhysX, `DyBodyCoreIntegrator.h`). Present only on bodies with a locked axis.
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect), reflect(Component))]
 pub struct AxisLocks {

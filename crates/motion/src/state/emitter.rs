@@ -42,7 +42,7 @@ pub struct Emitter {
     /// Position at which particles are born, m.
     pub position: Vector,
     /// The pool of bodies, each of which is in no other pool. The first tick makes each of them a [`Particle`], [`Dormant`] until
-    /// it is born. Empty if a `ParticleBackend` keeps the particles.
+    /// it is born. Empty if another crate keeps the particles.
     pub pool: Vec<Entity>,
     /// Velocity at birth of each body of the pool, m/s; at least as many as there are bodies.
     pub launches: Vec<Vector>,
@@ -89,7 +89,8 @@ impl Emitter {
     }
 
     /// The same with a pool of as many bodies as live at once, each of which `body` makes with a
-    /// [`PhysicsBody`](crate::PhysicsBody), and whatever else a particle is drawn with.
+    /// [`PhysicsBody`](crate::PhysicsBody), and whatever else a particle is drawn with. Repeats the velocities at birth until each
+    /// body has one.
     #[must_use]
     pub fn with_pool(self, body: impl FnMut() -> Entity) -> Self {
         let count = (self.rate * self.life).ceil() as usize;
