@@ -83,7 +83,7 @@ fn verdict(copy: &Path, test: &str) -> Result<String, String> {
             .output()
             .expect("cargo can be started")
     };
-    let build = cargo(&["build", "--locked", "-p", "sandbox"]);
+    let build = cargo(&["build", "--locked", "-p", "inertia-sandbox"]);
     let tests =
         cargo(&["test", "--locked", "-p", "acceptance", "--test", "acceptance", "--no-run"]);
     if !build.status.success() || !tests.status.success() {

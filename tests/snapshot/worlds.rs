@@ -36,6 +36,8 @@ fn sorted(mut saved: Snapshot) -> Snapshot {
     let mut rows: Vec<_> =
         saved.bodies.iter().zip(rows).map(|(body, (at, state))| (*body, *at, *state)).collect();
     rows.sort_unstable_by_key(|(body, ..)| *body);
+    // It names bodies by their place in the list.
+    saved.springs = None;
     saved.bodies = rows.iter().map(|(body, ..)| *body).collect();
     saved.transforms = rows.iter().map(|(_, at, _)| *at).collect();
     saved.states = rows.iter().map(|(.., state)| *state).collect();

@@ -92,7 +92,7 @@ impl Snapshot {
             method: _,
             integrator: _,
             springs: _,
-            joints: _,
+            membership: _,
             substeps: _,
             effects,
             evaluations,

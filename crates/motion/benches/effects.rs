@@ -56,14 +56,9 @@ fn free_bodies(count: u32) -> (World, Vec<Entity>) {
 fn everything(count: u32) -> (World, Stepper) {
     let (mut world, bodies) = free_bodies(count);
     world.insert_resource(Damping::TUTORIAL);
-    let wind = Wind { velocity: Vector::X, gust: 1.0, gust_hz: 1.0 };
-    world.insert_resource(Drag { wind: Some(wind), ..Drag::new(0.1, 0.01) });
-    world.insert_resource(Wells(vec![Well {
-        position: Vector::ZERO,
-        strength: 1.0,
-        softening: 1.0,
-    }]));
-    let elastic = Elastic { stiffness: 10.0, damping: 0.1, rest_length: 1.0, pull_only: false };
+    world.insert_resource(Drag::new(0.1, 0.01).in_wind(Wind::new(Vector::X).gusting(1.0, 1.0)));
+    world.insert_resource(Wells(vec![Well::new(Vector::ZERO, 1.0).softened(1.0)]));
+    let elastic = Elastic::new(10.0, 1.0).damped(0.1);
     for pair in bodies.chunks_exact(2) {
         world.spawn(Spring { ends: [pair[0], pair[1]], elastic });
     }
@@ -72,7 +67,7 @@ fn everything(count: u32) -> (World, Stepper) {
             .entity_mut(*body)
             .insert((SpeedLimit(100.0), AxisLocks { z: true, ..AxisLocks::default() }));
     }
-    world.insert_resource(MutualGravity { constant: 1e-6, softening: 1.0 });
+    world.insert_resource(MutualGravity::new(1e-6, 1.0));
     let stepper = Stepper::new(&mut world, Method::SemiImplicitEuler, TimeStep(H));
     (world, stepper)
 }
@@ -137,7 +132,9 @@ fn births(count: usize, rate: f64, life: f64) {
     let pool =
         (0..count).map(|_| world.spawn((Transform::default(), body, Dormant)).id()).collect();
     let launches = vec![Vector::Y; count];
-    world.spawn(Emitter { rate, life, position: Vector::ZERO, pool, launches, inverse_mass: 1.0 });
+    let mut emitter = Emitter::new(rate, life, launches);
+    emitter.pool = pool;
+    world.spawn(emitter);
     let mut stepper = Stepper::new(&mut world, Method::SemiImplicitEuler, TimeStep(H));
     #[expect(
         clippy::cast_possible_truncation,

@@ -33,10 +33,8 @@ struct Shape {
     reach: [Option<f64>; 2],
 }
 
-const HARMONIC: Elastic =
-    Elastic { stiffness: 40.0, damping: 0.0, rest_length: 0.0, pull_only: false };
-const STIFF: Elastic =
-    Elastic { stiffness: 40.0, damping: 0.0, rest_length: 1.0, pull_only: false };
+const HARMONIC: Elastic = Elastic::new(40.0, 0.0);
+const STIFF: Elastic = Elastic::new(40.0, 1.0);
 
 const SHAPES: [Shape; 4] = [
     Shape { name: "harmonic", hangs: true, bodies: 1, elastic: HARMONIC, reach: [None; 2] },
@@ -60,7 +58,7 @@ fn start(group: usize, k: usize) -> Vector {
 
 fn world(shape: Shape, groups: usize, method: Method) -> (World, Stepper) {
     let mut world = World::new();
-    world.insert_resource(Gravity { acceleration: G, on: true });
+    world.insert_resource(Gravity::new(G));
     let mut ids = 0..;
     let mut spawn = |world: &mut World, at: Vector, body: PhysicsBody| {
         world

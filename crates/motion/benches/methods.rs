@@ -37,7 +37,7 @@ struct Ecs {
 impl Ecs {
     fn new(method: Method, n: usize) -> Self {
         let mut world = World::new();
-        world.insert_resource(Gravity { acceleration: Vector::new(0.0, G, 0.0), on: true });
+        world.insert_resource(Gravity::new(Vector::new(0.0, G, 0.0)));
         world.insert_resource(Drag::new(C, 0.0));
         let body = |(x, v, inverse_mass): ([f64; 3], [f64; 3], f64)| {
             (

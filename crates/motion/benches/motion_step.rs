@@ -14,9 +14,9 @@ use common::{avx2_or_plain, compare};
 use cpu_time::ThreadTime;
 use criterion::measurement::{Measurement, ValueFormatter, WallTime};
 use criterion::{BenchmarkId, Criterion, Throughput};
-use motion::internals::{Passes, StepPlan};
 use motion::internals::{
-    insert_step_resources, integrate_acceleration, integrate_velocity, step_schedule,
+    Passes, StepPlan, insert_step_resources, integrate_acceleration, integrate_velocity,
+    step_schedule,
 };
 use motion::units::Vector;
 use motion::{Damping, Force, Gravity, PhysicsBody, PushQueue, TimeStep, Transform};
@@ -225,11 +225,10 @@ impl Ecs {
     fn new(n: usize, gravity: f64, schedule: fn(&mut World) -> Schedule) -> Self {
         let mut world = World::new();
         insert_step_resources(&mut world, TimeStep(H));
-        world.insert_resource(Gravity {
-            acceleration: Vector::new(0.0, gravity, 0.0),
-            on: gravity != 0.0,
-        });
-        world.insert_resource(Damping { rate: RATE, ..Damping::TUTORIAL });
+        let mut uniform = Gravity::new(Vector::new(0.0, gravity, 0.0));
+        uniform.on = gravity != 0.0;
+        world.insert_resource(uniform);
+        world.insert_resource(Damping::new(Damping::TUTORIAL.model, RATE));
         let bodies: Vec<_> = (0..n)
             .map(start)
             .map(|(x, velocity, inverse_mass)| {

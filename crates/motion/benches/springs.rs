@@ -26,8 +26,7 @@ const SIZES: [usize; 3] = [10, 100, 300];
 fn links(n: usize) -> Vec<Link> {
     let mut links = Vec::new();
     let mut join = |a: usize, b: usize, length: f64| {
-        let elastic =
-            Elastic { stiffness: 40.0, damping: 0.01, rest_length: length, pull_only: false };
+        let elastic = Elastic::new(40.0, length).damped(0.01);
         let ends = [a, b].map(|end| u32::try_from(end).expect("small"));
         links.push(Link { ends, elastic });
     };
@@ -117,7 +116,7 @@ impl<const LANES: usize> Loop<LANES> {
 
 fn cloth(n: usize, method: Method) -> (World, Stepper) {
     let mut world = World::new();
-    world.insert_resource(Gravity { acceleration: Vector::Y * G, on: true });
+    world.insert_resource(Gravity::new(Vector::Y * G));
     let points: Vec<_> = (0..)
         .zip(points(n))
         .map(|(id, (at, inverse_mass))| {
@@ -125,7 +124,7 @@ fn cloth(n: usize, method: Method) -> (World, Stepper) {
             world.spawn((StableId(id), Transform::at(Vector::from_array(at)), body)).id()
         })
         .collect();
-    world.spawn(SoftBody { points, springs: links(n).into(), ..SoftBody::default() });
+    world.spawn(SoftBody::new(points, links(n)));
     let stepper = Stepper::new(&mut world, method, TimeStep(H));
     (world, stepper)
 }

@@ -22,7 +22,7 @@ fn cloud(n: usize) -> World {
     };
     let mut vector = |scale: f64| Vector::new(random(), random(), random()) * scale;
     let mut world = World::new();
-    world.insert_resource(MutualGravity { constant: 1.0, softening: 0.05 });
+    world.insert_resource(MutualGravity::new(1.0, 0.05));
     let body = |_| {
         (Transform::at(vector(100.0)), PhysicsBody { velocity: vector(1.0), inverse_mass: 1.0 })
     };
@@ -59,13 +59,12 @@ fn lattice(n: usize) -> World {
                 let ends = [i, (x * n + y) * n + z].map(|end| u32::try_from(end).expect("small"));
                 let away = steps.iter().filter(|step| **step != 1).count();
                 let rest_length = f64::from(u32::try_from(away).expect("3 at most")).sqrt();
-                let elastic =
-                    Elastic { stiffness: 1000.0, damping: 1.0, rest_length, pull_only: false };
+                let elastic = Elastic::new(1000.0, rest_length).damped(1.0);
                 springs.push(Link { ends, elastic });
             }
         }
     }
-    world.spawn(SoftBody { points, springs: springs.into(), triangles: Vec::new(), sheet: false });
+    world.spawn(SoftBody::new(points, springs));
     world
 }
 

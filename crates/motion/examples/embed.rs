@@ -1,6 +1,6 @@
 //! `motion` in a schedule of your own: a rocket, two balls on a spring and a fountain in a breeze.
 //!
-//! Run with `cargo run -p motion --example embed`.
+//! Run with `cargo run -p inertia-motion --example embed`.
 
 use bevy_ecs::prelude::*;
 use motion::clock::StepClock;

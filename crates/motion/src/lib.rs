@@ -59,6 +59,7 @@ mod groups;
 mod kernels;
 mod laws;
 #[cfg(feature = "serde")]
+#[doc(hidden)]
 pub mod lists;
 pub mod methods;
 #[cfg(feature = "serde")]

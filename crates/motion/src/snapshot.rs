@@ -67,14 +67,14 @@ use crate::state::coupling::CouplingChanged;
 use crate::state::emitter::{Dormant, Emission, Emissions};
 use crate::state::forces::{Push, PushQueue, PushedBodies};
 use crate::state::previous_position::PreviousPosition;
-use crate::state::springs::{Elastic, SoftBody, Spring};
+use crate::state::springs::{SoftBody, Spring};
 use crate::state::substeps::{OwnSubsteps, Substeps};
 use crate::tick::columns::NO_STEPPER;
 use crate::tick::quarantine::{Quarantine, QuarantineRecord};
-use crate::units::Scalar;
 
 pub use crate::state::emitter::EmissionState;
 pub use crate::state::method_state::{LastAcceleration, LastStep};
+#[doc(hidden)]
 pub use crate::state::switched_off::{Off, OffResource, SpringsOff};
 
 /// The state of a world between two ticks. `B` names bodies and emitters, `Bodies` is a list of bodies, and `Log` is a
@@ -110,9 +110,9 @@ pub struct Snapshot<B = Entity, Bodies = Vec<B>, Log = NoLog> {
     /// A checksum of the springs and of those of soft bodies between `bodies`. `None` is not compared.
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
     pub springs: Option<u64>,
-    /// The springs and soft bodies that the checksum is of, for [`roll_back`]; `None` after [`Snapshot::rename`] and in files.
+    /// What [`roll_back`] puts back beside the state; `None` after [`Snapshot::rename`] and in files.
     #[cfg_attr(feature = "serde", serde(skip))]
-    pub joints: Option<Vec<Entity>>,
+    pub membership: Option<Membership>,
     /// Substeps of bodies without their own number.
     pub substeps: Substeps,
     /// Gravity and damping, and which effects are off.
@@ -176,6 +176,37 @@ pub struct Snapshot<B = Entity, Bodies = Vec<B>, Log = NoLog> {
     /// Requests that wait for the next tick.
     #[cfg_attr(feature = "serde", serde(deserialize_with = "list"))]
     pub requests: Vec<Request<B>>,
+}
+
+/// Which entities of the physics are in a world, besides the bodies and emitters in play.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+pub struct Membership {
+    /// Springs and soft bodies in play.
+    pub springs: Vec<Entity>,
+    /// What is [disabled](Disabled), and the state of those that are bodies.
+    pub disabled: Vec<(Entity, Option<(Transform, PhysicsBody)>)>,
+}
+
+impl Membership {
+    fn of(world: &World) -> Self {
+        let mut springs = marked::<Spring>(world);
+        springs.extend(marked::<SoftBody>(world));
+        let query = world.try_query_filtered::<EntityRef, With<Disabled>>();
+        let disabled = query.iter().flat_map(|query| query.iter_manual(world));
+        let disabled = disabled.filter(|entity| is_of_physics(entity));
+        let state =
+            |entity: EntityRef| Some((*entity.get::<Transform>()?, *entity.get::<PhysicsBody>()?));
+        Self { springs, disabled: disabled.map(|entity| (entity.id(), state(entity))).collect() }
+    }
+}
+
+/// Whether an entity is a body, an emitter, a spring or a soft body.
+fn is_of_physics(entity: &EntityRef) -> bool {
+    entity.contains::<PhysicsBody>()
+        || entity.contains::<Emission>()
+        || entity.contains::<Spring>()
+        || entity.contains::<SoftBody>()
 }
 
 /// The log of worlds whose particles are all bodies.
@@ -272,7 +303,7 @@ type IsBody = (With<Transform>, With<PhysicsBody>);
 pub fn take(world: &World, stepper: &Stepper) -> Snapshot {
     let state = take_with(world, stepper);
     let springs = Some(checksum_of_springs(world, &state.bodies));
-    Snapshot { springs, joints: Some(joints(world)), ..state }
+    Snapshot { springs, membership: Some(Membership::of(world)), ..state }
 }
 
 /// [`take`], with the `Log` that a particle backend, as the crate `swarm` is one, keeps of emitters, and without the checksum of springs:
@@ -310,7 +341,7 @@ pub fn take_with<Log: Component + Clone>(
         method: stepper.method(),
         integrator: stepper.integrator().map(str::to_owned),
         springs: None,
-        joints: None,
+        membership: None,
         substeps: world.get_resource().copied().unwrap_or_default(),
         effects: Effects::of(world),
         evaluations: world.resource::<Evaluations>().clone(),
@@ -348,27 +379,23 @@ fn checksum_of_springs(world: &World, bodies: &[Entity]) -> u64 {
         return 0;
     }
     let place: EntityHashMap<u64> = bodies.iter().copied().zip(0..).collect();
-    let sums = all.filter_map(|(ends, Elastic { stiffness, damping, rest_length, pull_only })| {
+    let sums = all.filter_map(|(ends, elastic)| {
         let [a, b] = [*place.get(&ends[0])?, *place.get(&ends[1])?];
-        let numbers = [stiffness, damping, rest_length].map(Scalar::to_bits);
+        let (numbers, pull_only) = elastic.bits();
         let words = [a, b, u64::from(pull_only)].into_iter().chain(numbers);
-        Some(words.fold(1, |sum: u64, word| (sum ^ word).wrapping_mul(0x9e37_79b9_7f4a_7c15)))
+        let mix = |sum: u64, word: u64| (sum ^ word).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        // The bits in which small numbers differ are the high ones, which a product does not carry down.
+        Some(words.fold(1, |sum, word| mix(sum ^ sum >> 32, word ^ word >> 32)))
     });
     sums.fold(0, u64::wrapping_add)
 }
 
-/// The springs and soft bodies of `world`.
-fn joints(world: &World) -> Vec<Entity> {
-    let mut joints = marked::<Spring>(world);
-    joints.extend(marked::<SoftBody>(world));
-    joints
-}
-
-/// [`restore`] across spawns and despawns, as a network game rolls back: despawns the bodies, emitters, springs and soft bodies
-/// that `snapshot` lacks, and enables those of it that are [disabled](bevy_ecs::entity_disabling::Disabled).
+/// [`restore`] across spawns, as a network game rolls back: despawns the bodies, emitters, springs and soft bodies that were spawned
+/// since, and enables and [disables](Disabled) the others as they were.
 ///
 /// So a game disables what it takes out of play, springs too, and despawns it when no snapshot is left that has it: an entity that is
-/// despawned cannot come back under its name. A spring that was changed is refused, as by [`restore`].
+/// despawned cannot come back under its name. A spring that was changed is refused, as by [`restore`], and so are springs that were
+/// spawned since a snapshot that was read from a file, which does not say which there were.
 ///
 /// ```
 /// use bevy_ecs::entity_disabling::Disabled;
@@ -402,21 +429,31 @@ pub fn roll_back(
     stepper: &mut Stepper,
     snapshot: &Snapshot,
 ) -> Result<(), RestoreError> {
-    let Snapshot { bodies, joints: joints_then, emissions, .. } = snapshot;
-    let then: EntityHashSet = bodies.iter().copied().chain(entities(emissions)).collect();
-    let mut now: Vec<_> = world.query_filtered::<Entity, IsBody>().iter(world).collect();
-    now.extend(marked::<Emission>(world));
-    let mut unknown: Vec<_> = now.into_iter().filter(|entity| !then.contains(entity)).collect();
-    let joints_then = joints_then.as_deref().map(|joints_then| {
-        unknown.extend(joints(world).into_iter().filter(|joint| !joints_then.contains(joint)));
-        joints_then
-    });
-    for entity in unknown {
-        world.despawn(entity);
-    }
-    for entity in then.into_iter().chain(joints_then.into_iter().flatten().copied()) {
-        if let Ok(mut entity) = world.get_entity_mut(entity) {
+    let Snapshot { bodies, emissions, membership, .. } = snapshot;
+    let in_play = bodies.iter().copied().chain(entities(emissions));
+    let Membership { springs, disabled } = membership.clone().unwrap_or_default();
+    let in_play: EntityHashSet = in_play.chain(springs).collect();
+    let out: EntityHashSet = entities(&disabled).collect();
+    let mut all = world.query_filtered::<EntityRef, Allow<Disabled>>();
+    let all: Vec<_> = all.iter(world).filter(is_of_physics).map(|entity| entity.id()).collect();
+    for entity in all {
+        let Ok(mut entity) = world.get_entity_mut(entity) else { continue };
+        let is_spring = entity.contains::<Spring>() || entity.contains::<SoftBody>();
+        if in_play.contains(&entity.id()) {
             entity.remove::<Disabled>();
+        } else if out.contains(&entity.id()) {
+            entity.insert(Disabled);
+        } else if membership.is_some() || !is_spring {
+            entity.despawn();
+        }
+    }
+    for (entity, state) in disabled {
+        if let Some((then, body)) = state
+            && let Ok(mut entity) = world.get_entity_mut(entity)
+            && let Ok((mut transform, mut now)) =
+                entity.get_components_mut::<(&mut Transform, &mut PhysicsBody)>()
+        {
+            (*transform, *now) = (then, body);
         }
     }
     restore(world, stepper, snapshot)
@@ -448,7 +485,7 @@ pub fn restore<Log: Component<Mutability = Mutable> + Clone + PartialEq>(
         method,
         integrator: _,
         springs: _,
-        joints: _,
+        membership: _,
         substeps,
         effects,
         evaluations,
@@ -596,7 +633,7 @@ impl<B, Log> Snapshot<B, Vec<B>, Log> {
 
 impl<B, Bodies, Log> Snapshot<B, Bodies, Log> {
     /// The same state with other names: the functions return a list of bodies, a body, an emitter and a record with the new
-    /// names. Entries for which they return `None` are left out.
+    /// names. Entries for which they return `None` are left out; [`Snapshot::springs`] holds only if no body is.
     pub fn rename<Other, OtherBodies>(
         self,
         list: impl Fn(Bodies) -> OtherBodies,
@@ -619,7 +656,7 @@ impl<B, Bodies, Log> Snapshot<B, Bodies, Log> {
             method,
             integrator,
             springs,
-            joints: _,
+            membership: _,
             substeps,
             effects,
             evaluations,
@@ -647,7 +684,7 @@ impl<B, Bodies, Log> Snapshot<B, Bodies, Log> {
             method,
             integrator,
             springs,
-            joints: None,
+            membership: None,
             substeps,
             effects,
             evaluations,

@@ -11,7 +11,7 @@ use crate::Ray;
 use crate::columns::{Known, Rows, SPAN, differs, next_moved};
 use crate::exact::within_reach;
 
-/// Costs that decide between scan and tree, ns per target, from the crossover part of `cargo bench -p pick`
+/// Costs that decide between scan and tree, ns per target, from the crossover part of `cargo bench -p inertia-pick`
 /// (2 cores of an AMD EPYC with AVX2). Only their ratios matter, and a wrong one costs time, never a hit.
 pub(crate) mod cost {
     /// Scanning one target for one ray.

@@ -1,4 +1,4 @@
-//! How long a frame takes from input to pixels, without a window: `cargo bench -p sandbox --bench frames [-- SCENE...]`.
+//! How long a frame takes from input to pixels, without a window: `cargo bench -p inertia-sandbox --bench frames [-- SCENE...]`.
 
 #![allow(clippy::unwrap_used, reason = "a benchmark that fails should panic")]
 

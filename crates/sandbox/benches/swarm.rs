@@ -1,4 +1,4 @@
-//! What particles cost by what is stored of them: `cargo bench -p sandbox --bench swarm [-- PARTICLES...]`. `scripts/studies swarm`
+//! What particles cost by what is stored of them: `cargo bench -p inertia-sandbox --bench swarm [-- PARTICLES...]`. `scripts/studies swarm`
 //! writes the tables into docs/methods.md.
 
 #![allow(clippy::unwrap_used, reason = "a benchmark that fails should panic")]

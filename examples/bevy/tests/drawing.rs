@@ -123,7 +123,30 @@ fn the_length_of_a_tick_is_one_setting() {
 }
 
 #[test]
-fn without_a_fixed_schedule_bodies_are_drawn_where_they_are() {
+fn ticks_of_no_length_and_scenery_that_moves_are_drawn() {
+    let (mut app, body) = app(InertiaPlugin::default().with_hz(10.0).with_drawing(), 3.0);
+    let at = |x: f64| (motion::Transform::at(Vector::X * x), Transform::default());
+    let scenery = app.world_mut().spawn(at(1.0)).id();
+    (0..4).for_each(|_| app.update());
+    app.world_mut().get_mut::<motion::Transform>(scenery).unwrap().position.x = 2.0;
+    let before = drawn(&app, body);
+    app.insert_resource(TimeStep(0.0));
+    for _ in 0..20 {
+        app.update();
+        assert_eq!(drawn(&app, scenery), 2.0);
+    }
+    assert!(drawn(&app, body) >= before && drawn(&app, body) < 3.2);
+}
+
+#[test]
+fn without_a_fixed_schedule_or_time_bodies_are_drawn_where_they_are() {
+    let mut timeless = App::new();
+    let plugin = InertiaPlugin::default().in_schedule(Update).with_hz(50.0).with_drawing();
+    timeless.add_plugins((TransformPlugin, plugin));
+    let body = timeless.world_mut().spawn(moving(0.0)).id();
+    timeless.update();
+    assert!((drawn(&timeless, body) - 0.02).abs() < 1e-9);
+
     let plugin = InertiaPlugin::default().in_schedule(PreUpdate).with_hz(50.0).with_drawing();
     let (mut app, body) = app(plugin, 0.0);
     (0..50).for_each(|_| app.update());

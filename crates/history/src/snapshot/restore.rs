@@ -45,7 +45,9 @@ impl Simulation {
         snapshot::restore(&mut world, &mut stepper, &state).map_err(|error| match error {
             RestoreError::Mismatch(_) => BadSnapshot("its bodies are not those of the scene"),
             RestoreError::Invalid { why, .. } => BadSnapshot(why),
-            _ => BadSnapshot("its springs or its method are not those of the scene"),
+            RestoreError::Springs | RestoreError::Integrator => {
+                BadSnapshot("its springs or its method are not those of the scene")
+            }
         })?;
         Ok(Self { scene, world, stepper, bodies })
     }

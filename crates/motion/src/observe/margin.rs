@@ -244,6 +244,7 @@ impl Margins {
     }
 
     /// Largest memory that the margin of a group of `bodies` bodies takes, bytes.
+    #[doc(hidden)]
     #[must_use]
     pub fn most_bytes(bodies: u64) -> u64 {
         let numbers = usize::try_from(bodies.saturating_mul(3)).unwrap_or(usize::MAX);

@@ -13,14 +13,15 @@ use bevy_transform::components::Transform as BevyTransform;
 
 use crate::schedule::systems::StepSystems;
 use crate::state::clock::TimeStep;
-use crate::state::components::Transform;
+use crate::state::components::{PhysicsBody, Transform};
 use crate::state::previous_position::{PreviousPosition, remember_positions};
 use crate::units::Vector;
 
-/// The point of the physics that is drawn at the origin of Bevy's world, m. Set it to the position of what the camera follows, and
-/// keep the camera near the origin: Bevy's `f32` has steps of 6 cm at a distance of 1,000 km, the physics has none that can be seen.
-#[derive(Resource, Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect), reflect(Resource))]
+/// The point of the physics that is drawn at the origin of Bevy's world, m. Bevy's `f32` has steps of 6 cm at a distance of
+/// 1,000 km from there. Move it together with the camera when that has gone far, before
+/// [`RunFixedMainLoopSystems::AfterFixedMainLoop`].
+#[derive(Resource, Clone, Copy, Debug, Default, PartialEq, bevy_reflect::Reflect)]
+#[reflect(Resource)]
 pub struct FloatingOrigin(pub Vector);
 
 /// The length of a tick, as the physics and [`Time<Fixed>`] were last seen to have it.
@@ -55,8 +56,12 @@ pub(crate) fn share_rate(app: &mut App, step: Option<TimeStep>) -> TimeStep {
     step
 }
 
+/// Bevy has no ticks without a length: those of 0 s leave its rate as it is.
 fn set_timestep(time: &mut Time<Fixed>, TimeStep(seconds): TimeStep) {
-    time.set_timestep(Duration::from_secs_f64(seconds).max(Duration::from_nanos(1)));
+    let length = Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX);
+    if length > Duration::ZERO {
+        time.set_timestep(length);
+    }
 }
 
 /// Carries a change of the length of a tick over to [`Time<Fixed>`], or the reverse.
@@ -73,38 +78,54 @@ fn follow_rate(mut last: ResMut<Rate>, mut step: ResMut<TimeStep>, mut time: Res
 /// Copies positions to Bevy's `Transform`; between the last two ticks if `schedule` is a fixed one.
 pub(crate) fn draw_bodies(app: &mut App, schedule: InternedScheduleLabel) {
     app.init_resource::<FloatingOrigin>();
-    if is_fixed(app, schedule) {
-        let remember = (add_previous, remember_positions).chain();
-        app.add_systems(schedule, remember.before(StepSystems::Tick));
+    if !is_fixed(app, schedule) {
+        app.add_systems(PostUpdate, draw::<()>.before(TransformSystems::Propagate));
+        return;
     }
+    let remember = (add_previous, remember_positions).chain();
     let after = RunFixedMainLoopSystems::AfterFixedMainLoop;
-    app.add_systems(RunFixedMainLoop, draw::<()>.in_set(after));
     // What was spawned since is at its place in its first frame already.
-    let added = draw::<Added<BevyTransform>>.before(TransformSystems::Propagate);
-    app.add_systems(PostUpdate, added);
+    let added = draw::<Or<(Added<BevyTransform>, Added<Transform>)>>;
+    app.add_systems(schedule, remember.before(StepSystems::Tick))
+        .add_systems(RunFixedMainLoop, draw_between.in_set(after))
+        .add_systems(PostUpdate, added.before(TransformSystems::Propagate));
 }
 
-/// Gives what is drawn a previous position; without one it is drawn where it is.
-fn add_previous(
-    mut commands: Commands,
-    drawn: Query<(Entity, &Transform), (With<BevyTransform>, Without<PreviousPosition>)>,
-) {
+type New = (With<BevyTransform>, With<PhysicsBody>, Without<PreviousPosition>);
+
+/// Gives bodies that are drawn a previous position; without one they are drawn where they are.
+fn add_previous(mut commands: Commands, drawn: Query<(Entity, &Transform), New>) {
     for (entity, Transform { position }) in &drawn {
         commands.entity(entity).insert(PreviousPosition(*position));
     }
 }
 
+/// Draws what has both transforms where it is.
 fn draw<Which: QueryFilter>(
+    origin: Res<FloatingOrigin>,
+    mut drawn: Query<(&Transform, &mut BevyTransform), Which>,
+) {
+    for (Transform { position }, drawn) in &mut drawn {
+        place(drawn, *position, *origin);
+    }
+}
+
+/// Draws what has both transforms where it was between the last two ticks.
+fn draw_between(
     time: Res<Time<Fixed>>,
     origin: Res<FloatingOrigin>,
-    mut drawn: Query<(&Transform, Option<&PreviousPosition>, &mut BevyTransform), Which>,
+    mut drawn: Query<(&Transform, Option<&PreviousPosition>, &mut BevyTransform)>,
 ) {
     let fraction = time.overstep_fraction_f64();
-    for (Transform { position }, previous, mut drawn) in &mut drawn {
+    for (Transform { position }, previous, drawn) in &mut drawn {
         let from = previous.map_or(*position, |PreviousPosition(from)| *from);
-        let translation = (from.lerp(*position, fraction) - origin.0).as_vec3();
-        if drawn.translation != translation {
-            drawn.translation = translation;
-        }
+        place(drawn, from.lerp(*position, fraction), *origin);
+    }
+}
+
+fn place(mut drawn: Mut<BevyTransform>, position: Vector, FloatingOrigin(origin): FloatingOrigin) {
+    let translation = (position - origin).as_vec3();
+    if drawn.translation != translation {
+        drawn.translation = translation;
     }
 }

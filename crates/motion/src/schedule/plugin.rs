@@ -55,7 +55,7 @@ use crate::state::threads::Threads;
 /// # Rate
 /// The length of a tick and Bevy's `Time<Fixed>` are one setting: 64 ticks per second unless you change it, by
 /// [`with_hz`](Self::with_hz), `Time::<Fixed>::from_hz`, or later by another [`TimeStep`] or `Time::<Fixed>::set_timestep_hz`; the last
-/// one holds. Bevy counts whole nanoseconds: of 120 Hz a [`TimeStep`] has 1/120 s to the last bit if it was given to the plugin. The
+/// one holds, and a [`TimeStep`] if both changed in a frame. Bevy counts whole nanoseconds: of 120 Hz a [`TimeStep`] has 1/120 s to the last bit if it was given to the plugin. The
 /// physics reads no clock: how many ticks a frame has is decided by Bevy's `TimePlugin`, one of its default plugins. Without it
 /// nothing runs [`FixedUpdate`]: run it yourself, as above, or choose another [schedule](Self::in_schedule), whose ticks have 1/64 s
 /// unless you say otherwise.
@@ -70,7 +70,8 @@ use crate::state::threads::Threads;
 /// have as its parameter, as is [`Stepper::installed_method`]; a [snapshot](crate::snapshot) is taken by [`Stepper::installed`].
 ///
 /// # Inspection
-/// Components and settings are `Reflect`. Bevy's feature `reflect_auto_register`, one of its default ones, registers them.
+/// Components and settings of plain numbers are `Reflect`; immutable ones, such as [`Spring`](crate::Spring), can only be read. Bevy's
+/// feature `reflect_auto_register`, one of its default ones, registers them.
 ///
 /// # Drawing
 /// The physics moves its own [`Transform`](crate::Transform), in `f64`. [`with_drawing`](Self::with_drawing) moves Bevy's
@@ -122,10 +123,10 @@ impl InertiaPlugin {
         Self { schedule: schedule.intern(), ..self }
     }
 
-    /// Copies positions to Bevy's `Transform` before `Update`, around the [`FloatingOrigin`](crate::FloatingOrigin). In a fixed
-    /// schedule they are those between the last two ticks that fit the time of the frame, at most one tick late.
+    /// Copies positions to Bevy's `Transform`, around the [`FloatingOrigin`](crate::FloatingOrigin). In a fixed schedule they are those
+    /// between the last two ticks, one tick before the time of the frame, and are there in `Update`.
     ///
-    /// Rotation and scale are yours; a drawn body has no parent that moves. Where you move a body to another place, remove its
+    /// Rotation and scale are yours. The motion of a parent is added to that of its bodies. Where you move a body to another place, remove its
     /// [`PreviousPosition`](crate::PreviousPosition), or a frame may show it on its way. Hide particles that are
     /// [`Dormant`](crate::Dormant).
     #[must_use]

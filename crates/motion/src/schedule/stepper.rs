@@ -26,8 +26,8 @@ use crate::state::substeps::Substeps;
 use crate::tick::body_filter::BodyFilter;
 use crate::tick::quarantine::quarantine_bodies;
 
-const NOT_INSTALLED: &str = "no stepper is installed in this world, or it is in use: call `Stepper::install` first, and nothing of it \
-     within `Stepper::installed`";
+const NOT_INSTALLED: &str = "no stepper is installed in this world, or it is in use: call `Stepper::install` first, and do \
+     not call it inside the closure of `Stepper::installed`";
 
 /// The compiled schedule of a world and what a tick does around it: before it, requests and compiling again; after it,
 /// the clock.

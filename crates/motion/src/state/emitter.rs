@@ -91,9 +91,15 @@ impl Emitter {
     /// The same with a pool of as many bodies as live at once, each of which `body` makes with a
     /// [`PhysicsBody`](crate::PhysicsBody), and whatever else a particle is drawn with. Repeats the velocities at birth until each
     /// body has one.
+    ///
+    /// # Panics
+    /// If the number of bodies, rate times life, is not at least 0 and below 2^32.
     #[must_use]
     pub fn with_pool(self, body: impl FnMut() -> Entity) -> Self {
-        let count = (self.rate * self.life).ceil() as usize;
+        let alive = self.rate * self.life;
+        let is_a_number = (0.0..=f64::from(u32::MAX)).contains(&alive);
+        assert!(is_a_number, "{alive} particles live at once; give a smaller `rate` or `life`");
+        let count = alive.ceil() as usize;
         let launches = self.launches.iter().copied().cycle().take(count).collect();
         Self { pool: std::iter::repeat_with(body).take(count).collect(), launches, ..self }
     }

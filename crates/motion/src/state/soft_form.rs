@@ -35,7 +35,7 @@ pub struct SoftForm {
     /// N/m, if not that of the body.
     steps: Vec<(IVec3, Option<f64>)>,
     /// The position of a point, m, by its fraction along each axis, 0 to 1.
-    position: Box<dyn Fn([f64; 3]) -> Vector>,
+    position: Box<dyn Fn([f64; 3]) -> Vector + Send + Sync>,
     surface: Surface,
 }
 
@@ -50,7 +50,11 @@ enum Surface {
 impl SoftForm {
     /// Ropes of `points` points along the second axis, as many as `ropes`, at the `position`, m, for fractions from 0 to 1 along
     /// both axes.
-    pub fn ropes(ropes: u32, points: u32, position: impl Fn([f64; 2]) -> Vector + 'static) -> Self {
+    pub fn ropes(
+        ropes: u32,
+        points: u32,
+        position: impl Fn([f64; 2]) -> Vector + Send + Sync + 'static,
+    ) -> Self {
         Self {
             points: UVec3::new(ropes, points, 1),
             steps: vec![(IVec3::Y, None)],
@@ -69,12 +73,10 @@ impl SoftForm {
     /// Without [shear](Self::with_shear) and [bend](Self::with_bend) springs it folds like a net.
     #[must_use]
     pub fn cloth(corner: Vector, along: Vector, down: Vector, rows: u32, columns: u32) -> Self {
-        Self {
-            points: UVec3::new(rows, columns, 1),
-            steps: vec![(IVec3::Y, None), (IVec3::X, None)],
-            position: Box::new(move |[row, column, _]| corner + along * column + down * row),
-            surface: Surface::Sheet,
-        }
+        let mut form =
+            Self::ropes(rows, columns, move |[row, column]| corner + along * column + down * row);
+        form.steps.push((IVec3::X, None));
+        Self { surface: Surface::Sheet, ..form }
     }
 
     /// A block of `cells` cells along x, y and z around `center`, of `size` meters, every point joined to all that share a cell
@@ -91,23 +93,26 @@ impl SoftForm {
         }
     }
 
-    /// With springs along the diagonals of the cells of a cloth, of that stiffness, N/m, or that of the other springs.
+    /// With springs along the diagonals of the cells of a cloth, of that stiffness, N/m, or that of the other springs. Other forms
+    /// stay as they are.
     #[must_use]
     pub fn with_shear(self, stiffness: Option<f64>) -> Self {
-        self.braced([IVec3::new(1, -1, 0), IVec3::new(1, 1, 0)], stiffness)
+        let diagonals = [IVec3::new(1, -1, 0), IVec3::new(1, 1, 0)];
+        if self.is_sheet() { self.braced(&diagonals, stiffness) } else { self }
     }
 
     /// With springs between each point of a rope or cloth and the one after the next, of that stiffness, N/m, or that of the
-    /// other springs.
+    /// other springs. A block stays as it is.
     #[must_use]
     pub fn with_bend(self, stiffness: Option<f64>) -> Self {
         let along = self.steps.iter().filter(|(step, _)| step.abs().element_sum() == 1);
         let twice: Vec<_> = along.map(|(step, _)| *step * 2).collect();
-        self.braced(twice, stiffness)
+        if self.surface == Surface::Block { self } else { self.braced(&twice, stiffness) }
     }
 
-    fn braced(mut self, by: impl IntoIterator<Item = IVec3>, stiffness: Option<f64>) -> Self {
-        self.steps.extend(by.into_iter().map(|step| (step, stiffness)));
+    fn braced(mut self, by: &[IVec3], stiffness: Option<f64>) -> Self {
+        self.steps.retain(|(step, _)| !by.contains(step));
+        self.steps.extend(by.iter().map(|step| (*step, stiffness)));
         self
     }
 
@@ -161,10 +166,12 @@ impl SoftForm {
         self.steps.iter().map(|(step, _)| places(step)).fold(0, u64::saturating_add)
     }
 
-    /// Every spring, sorted by its first end.
+    /// Every spring, sorted by its first end, of fewer than 2^32 points.
     #[must_use]
     pub fn links(&self, elastic: Elastic) -> Vec<Link> {
         let mut links = Vec::with_capacity(self.springs() as usize);
+        let positions: Vec<_> =
+            (0..self.count() as u32).map(|point| self.position(point)).collect();
         for point in 0..self.count() as u32 {
             let place = self.place(point).as_ivec3();
             for (step, stiffness) in &self.steps {
@@ -173,7 +180,7 @@ impl SoftForm {
                 if to.cmplt(self.points).all() {
                     let ends = [point, self.number(to)];
                     // Computed as a step computes it, so that no spring pulls at the start.
-                    let [from, to] = ends.map(|end| self.position(end));
+                    let [from, to] = ends.map(|end| positions[end as usize]);
                     let stiffness = stiffness.unwrap_or(elastic.stiffness);
                     let rest_length = (to - from).length();
                     links.push(Link {

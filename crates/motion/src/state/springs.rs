@@ -133,3 +133,17 @@ pub struct SoftBody {
     /// each point.
     pub sheet: bool,
 }
+
+impl SoftBody {
+    /// A body of these points and springs, without a surface. [`SoftForm`](crate::SoftForm) makes ropes, cloths and blocks.
+    #[must_use]
+    pub fn new(points: Vec<Entity>, springs: impl Into<Arc<[Link]>>) -> Self {
+        Self { points, springs: springs.into(), ..Self::default() }
+    }
+
+    /// The same with a surface, which is a [`sheet`](Self::sheet) or not.
+    #[must_use]
+    pub fn with_surface(self, triangles: Vec<[u32; 3]>, sheet: bool) -> Self {
+        Self { triangles, sheet, ..self }
+    }
+}

@@ -265,8 +265,8 @@ impl Quarantine {
         &self.records
     }
 
-    /// Ends the quarantine of `body` and removes its records. It continues from the state that it has, so give it another one
-    /// first. Returns whether it was quarantined.
+    /// Ends the quarantine of `body` and removes its records. It continues from the state that it has, so insert another
+    /// [`PhysicsBody`] or [`Transform`] first. Returns whether it was quarantined.
     ///
     /// ```
     /// use bevy_ecs::prelude::*;

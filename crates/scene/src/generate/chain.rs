@@ -47,7 +47,7 @@ pub(super) fn form(keys: &raw::SoftKeys, scope: Scope, faults: &mut Faults) -> F
         add: SoftForm::with_bend,
     };
     Form {
-        form: bend.add_to(form, scope, faults),
+        shape: bend.add_to(form, scope, faults),
         numbering: match keys.copies {
             None => Numbering::Line,
             Some(_) => Numbering::Sheet { columns: count },

@@ -52,7 +52,7 @@ pub(super) fn form(keys: &raw::SoftKeys, scope: Scope, faults: &mut Faults) -> F
         form = braces.add_to(form, scope, faults);
     }
     Form {
-        form,
+        shape: form,
         numbering: Numbering::Sheet { columns },
         pinned: pinned(keys, &PLACES, scope, faults),
         width: None,

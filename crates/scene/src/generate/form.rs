@@ -10,9 +10,9 @@ use crate::text::faults::Faults;
 use crate::text::nearest::one_of;
 use crate::text::syntax::Word;
 
-/// The form of a soft body of any kind; without points if they cannot be counted.
+/// The form of a soft body of any kind. What cannot be counted is a fault, and small.
 pub(super) struct Form {
-    pub form: SoftForm,
+    pub shape: SoftForm,
     pub numbering: Numbering,
     /// Places whose points are immovable.
     pub pinned: Vec<Place>,
@@ -40,7 +40,7 @@ pub(super) const ROOT: Option<End> = Some(End::Root);
 impl Form {
     /// Whether a point is immovable.
     pub fn is_pinned(&self, point: u32) -> bool {
-        let (place, points) = (self.form.place(point), self.form.points());
+        let (place, points) = (self.shape.place(point), self.shape.points());
         let at = |(axis, end): (usize, &Option<End>)| match end {
             None => true,
             Some(End::First) => place[axis] == 0,

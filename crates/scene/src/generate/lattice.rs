@@ -43,7 +43,7 @@ pub(super) fn form(keys: &raw::SoftKeys, scope: Scope, faults: &mut Faults) -> F
     let form = SoftForm::block(center, size, if countable { cells.to_array() } else { [1; 3] });
     let UVec3 { y, z, .. } = form.points();
     Form {
-        form,
+        shape: form,
         numbering: Numbering::Lattice { y, z },
         pinned: pinned(keys, &SIDES, scope, faults),
         width: None,

@@ -37,7 +37,7 @@ pub(super) fn soft(
             None
         }
     };
-    let points = form.as_ref().map_or(1, |form| form.form.count().max(1)) as f64;
+    let points = form.as_ref().map_or(1, |form| form.shape.count().max(1)) as f64;
     let mass = "give a positive number of kilograms for all points together";
     let (body, own) = shared(&keys.shared(), scope, 1.0, points, mass, faults);
     let body = BodySpec {
@@ -48,7 +48,7 @@ pub(super) fn soft(
     let velocity = faults.vector(scope, "velocity_m_s", keys.velocity_m_s, DVec3::ZERO);
     let form = form?;
     let (count, springs, numbering, is_sheet) =
-        (form.form.count(), form.form.springs(), form.numbering, form.form.is_sheet());
+        (form.shape.count(), form.shape.springs(), form.numbering, form.shape.is_sheet());
     let entry = GeneratedEntry::new(scope, own, count, numbering, body, move |name, bodies, _| {
         make(name, &form, elastic, body, velocity, bodies);
     });
@@ -96,7 +96,7 @@ fn make(
     velocity: DVec3,
     Bodies { bodies, soft_bodies, .. }: &mut Bodies,
 ) {
-    let form = &held.form;
+    let form = &held.shape;
     let first = bodies.len();
     bodies.extend((0..form.count() as u32).map(|point| {
         let position = form.position(point);
