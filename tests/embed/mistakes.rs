@@ -370,6 +370,9 @@ fn a_snapshot_that_take_cannot_have_made_is_refused_and_changes_nothing() {
 #[test]
 #[cfg(debug_assertions)]
 fn a_resource_that_was_removed_is_named() {
+    fn remove<R: Resource>(world: &mut World) {
+        world.remove_resource::<R>();
+    }
     let message = |remove: fn(&mut World), install: bool| {
         let mut world = World::new();
         let mut schedule = Schedule::default();
@@ -383,12 +386,12 @@ fn a_resource_that_was_removed_is_named() {
         panic_of(|| stepper.tick(&mut world))
     };
     let removals: [(&str, fn(&mut World)); 6] = [
-        ("TimeStep", |world| drop(world.remove_resource::<TimeStep>())),
-        ("StepClock", |world| drop(world.remove_resource::<StepClock>())),
-        ("Evaluations", |world| drop(world.remove_resource::<Evaluations>())),
-        ("PushQueue", |world| drop(world.remove_resource::<PushQueue>())),
-        ("Quarantine", |world| drop(world.remove_resource::<Quarantine>())),
-        ("Requests", |world| drop(world.remove_resource::<Requests>())),
+        ("TimeStep", remove::<TimeStep>),
+        ("StepClock", remove::<StepClock>),
+        ("Evaluations", remove::<Evaluations>),
+        ("PushQueue", remove::<PushQueue>),
+        ("Quarantine", remove::<Quarantine>),
+        ("Requests", remove::<Requests>),
     ];
     for (name, remove) in removals {
         for install in [false, true] {

@@ -196,9 +196,9 @@ pub struct SpringMargin {
 /// assert!(!margins.list()[0].is_unstable()); // w h = 100 / 60, and the limit is 2.
 ///
 /// world.insert_resource(TimeStep(1.0 / 30.0));
-/// let margin = &Margins::of(&world, stepper.method()).list()[0];
-/// assert!(margin.is_unstable());
-/// assert_eq!(margin.cure.substeps, Some(2));
+/// let margins = Margins::of(&world, stepper.method());
+/// assert!(margins.list()[0].is_unstable());
+/// assert_eq!(margins.list()[0].cure.substeps, Some(2));
 /// # stepper.tick(&mut world);
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
