@@ -1,13 +1,19 @@
 //! The clock of studies: thread CPU time, so that other work on the machine does not count. No other file of the crate reads a clock.
 
-use cpu_time::ThreadTime;
-
 /// A clock that counts seconds.
 pub type Clock = dyn Fn() -> f64 + Send;
 
 /// Thread CPU time, s.
+#[cfg(not(target_family = "wasm"))]
 pub(crate) fn thread_time() -> f64 {
-    ThreadTime::now().as_duration().as_secs_f64()
+    cpu_time::ThreadTime::now().as_duration().as_secs_f64()
+}
+
+/// Time since the first call, s: a page is not told the time of its thread.
+#[cfg(target_family = "wasm")]
+pub(crate) fn thread_time() -> f64 {
+    static START: std::sync::OnceLock<web_time::Instant> = std::sync::OnceLock::new();
+    START.get_or_init(web_time::Instant::now).elapsed().as_secs_f64()
 }
 
 /// Gives this thread real-time priority, so that no other program takes its caches while it is timed: on Linux, as root or

@@ -70,13 +70,15 @@ impl Gpu {
     /// (part of a name, upper and lower case alike) narrow the choice.
     pub fn headless() -> Result<Self, RenderError> {
         let instance = Instance::new(InstanceDescriptor::new_without_display_handle_from_env());
-        let adapter = chosen_adapter(&instance, None)?;
-        Self::open(instance, adapter)
+        pollster::block_on(async {
+            let adapter = chosen_adapter(&instance, None).await?;
+            Self::open(instance, adapter).await
+        })
     }
 
     /// Opens an adapter that can draw into `window`, and the window's surface. `display` is the window system's own
     /// handle (winit: `Box::new(event_loop.owned_display_handle())`), without which OpenGL finds no surface.
-    pub fn for_window(
+    pub async fn for_window(
         window: impl Into<wgpu::SurfaceTarget<'static>>,
         display: Box<dyn wgpu::wgt::WgpuHasDisplayHandle>,
     ) -> Result<(Self, Surface<'static>), RenderError> {
@@ -85,12 +87,12 @@ impl Gpu {
             Ok(surface) => surface,
             // Without any adapter, creating the surface fails first, and its message would mislead the reader.
             Err(error) => {
-                chosen_adapter(&instance, None)?;
+                chosen_adapter(&instance, None).await?;
                 return Err(RenderError::Surface { detail: error.to_string() });
             }
         };
-        let adapter = chosen_adapter(&instance, Some(&surface))?;
-        Ok((Self::open(instance, adapter)?, surface))
+        let adapter = chosen_adapter(&instance, Some(&surface)).await?;
+        Ok((Self::open(instance, adapter).await?, surface))
     }
 
     /// A new surface for a window whose old one was lost, to be given to [`crate::WindowTarget::replace_surface`].
@@ -139,7 +141,7 @@ impl Gpu {
             // The receiver is gone only if the wait below has failed, which is reported there.
             let _ = sender.send(result);
         });
-        if let Some(error) = pollster::block_on(scope.pop()) {
+        if let Some(error) = caught(scope) {
             return Err(error.to_string());
         }
         self.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|error| error.to_string())?;
@@ -149,17 +151,24 @@ impl Gpu {
         Ok(bytes)
     }
 
-    fn open(instance: Instance, adapter: wgpu::Adapter) -> Result<Self, RenderError> {
+    async fn open(instance: Instance, adapter: wgpu::Adapter) -> Result<Self, RenderError> {
         let info = AdapterSummary::of(&adapter);
+        let can = adapter.get_downlevel_capabilities().flags;
+        let least = if can.contains(wgpu::DownlevelFlags::COMPUTE_SHADERS) {
+            wgpu::Limits::downlevel_defaults()
+        } else {
+            wgpu::Limits::downlevel_webgl2_defaults()
+        };
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("render"),
-            required_limits: wgpu::Limits::downlevel_defaults().using_resolution(adapter.limits()),
+            required_limits: least.using_resolution(adapter.limits()),
             ..Default::default()
         };
-        let (device, queue) =
-            pollster::block_on(adapter.request_device(&descriptor)).map_err(|error| {
-                RenderError::Device { adapter: info.to_string(), detail: error.to_string() }
-            })?;
+        let opened = adapter.request_device(&descriptor).await;
+        let (device, queue) = opened.map_err(|error| RenderError::Device {
+            adapter: info.to_string(),
+            detail: error.to_string(),
+        })?;
         let lost = Arc::new(OnceLock::new());
         let notes = Arc::clone(&lost);
         device.set_device_lost_callback(move |_, why| {
@@ -171,12 +180,12 @@ impl Gpu {
 }
 
 /// Chooses an adapter, by `WGPU_ADAPTER_NAME` if it is set: wgpu's own look-up panics if no adapter has the name.
-fn chosen_adapter(
+async fn chosen_adapter(
     instance: &Instance,
     surface: Option<&Surface<'_>>,
 ) -> Result<wgpu::Adapter, RenderError> {
     if let Some(wanted) = std::env::var("WGPU_ADAPTER_NAME").ok().filter(|name| !name.is_empty()) {
-        let adapters = pollster::block_on(instance.enumerate_adapters(Backends::all()));
+        let adapters = instance.enumerate_adapters(Backends::all()).await;
         let found: Vec<String> =
             adapters.iter().map(|adapter| AdapterSummary::of(adapter).to_string()).collect();
         if !found.is_empty() {
@@ -195,6 +204,11 @@ fn chosen_adapter(
         compatible_surface: surface,
         ..Default::default()
     };
-    pollster::block_on(instance.request_adapter(&options))
-        .map_err(|error| RenderError::NoAdapter { detail: error.to_string() })
+    let chosen = instance.request_adapter(&options).await;
+    chosen.map_err(|error| RenderError::NoAdapter { detail: error.to_string() })
+}
+
+/// The error that a scope of errors has caught. Waits for the device, which has it at once on a desktop.
+pub fn caught(scope: wgpu::ErrorScopeGuard) -> Option<wgpu::Error> {
+    pollster::block_on(scope.pop())
 }

@@ -42,7 +42,7 @@ pub use frame::{
     CHECKER, Camera, Frame, Ground, Instance, Light, OUTLINED, Panels, Particle, Sprite,
     Translucent,
 };
-pub use gpu::{AdapterSummary, Gpu};
+pub use gpu::{AdapterSummary, Gpu, caught};
 pub use image::Image;
 pub use layer::{Canvas, Kept, Layer};
 pub use lines::Line;

@@ -159,9 +159,8 @@ impl PanelPainter {
         });
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, globals, &[]);
-        pass.set_vertex_buffer(0, self.vertices.buffer().slice(..));
         pass.set_index_buffer(self.indices.buffer().slice(..), wgpu::IndexFormat::Uint32);
-        let (mut first, mut base) = (0, 0);
+        let (mut first, mut offset) = (0, 0);
         for ClippedPrimitive { clip_rect, primitive } in &panels.primitives {
             let Primitive::Mesh(mesh) = primitive else { continue };
             let indices = first..first + mesh.indices.len() as u32;
@@ -171,10 +170,12 @@ impl PanelPainter {
             {
                 pass.set_scissor_rect(left, top, width, height);
                 pass.set_bind_group(1, &image.group, &[]);
-                pass.draw_indexed(indices.clone(), base, 0..1);
+                // Not by a base vertex, which WebGL 2 has not.
+                pass.set_vertex_buffer(0, self.vertices.buffer().slice(offset..));
+                pass.draw_indexed(indices.clone(), 0, 0..1);
             }
             first = indices.end;
-            base += mesh.vertices.len() as i32;
+            offset += size_of_val(&mesh.vertices[..]) as u64;
         }
     }
 

@@ -2,6 +2,7 @@
 
 use wgpu::{CurrentSurfaceTexture, Surface, SurfaceConfiguration, SurfaceTexture, TextureFormat};
 
+use crate::gpu::caught;
 use crate::{Gpu, RenderError};
 
 /// A window's surface, always configured for the window's size.
@@ -106,7 +107,7 @@ impl WindowTarget {
     fn configure(&mut self, gpu: &Gpu) {
         let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
         self.surface.configure(&gpu.device, &self.config);
-        self.lost |= pollster::block_on(scope.pop()).is_some();
+        self.lost |= caught(scope).is_some();
     }
 
     /// Whether configuring did not bring the surface back: make another with [`Gpu::surface`] and pass it to

@@ -473,7 +473,7 @@ pub(crate) fn buffer(gpu: &Gpu, label: &str, usage: BufferUsages, size: u64) -> 
 fn create(gpu: &Gpu, label: &str, usage: BufferUsages, size: u64) -> Option<wgpu::Buffer> {
     let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
     let buffer = buffer(gpu, label, usage, size);
-    pollster::block_on(scope.pop()).is_none().then_some(buffer)
+    render::caught(scope).is_none().then_some(buffer)
 }
 
 /// Reads the rows of a buffer. Waits for the device.

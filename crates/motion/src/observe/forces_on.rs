@@ -95,7 +95,7 @@ pub fn each_force(
 }
 
 /// The names of the laws of this crate by which bodies have potential energy.
-pub const LAWS_WITH_POTENTIAL: [&str; 4] = ["gravity", "wells", "springs", "mutual_gravity"];
+pub const LAWS_WITH_POTENTIAL: &[&str] = &["gravity", "wells", "springs", "mutual_gravity"];
 
 /// Calls `each` with the index of every body in `bodies` that has potential energy by a law, the name of the law and the
 /// energy, J, in the current state. The energy of a spring or of mutual gravity is split evenly between its two bodies,

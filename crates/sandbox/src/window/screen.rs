@@ -23,7 +23,8 @@ pub(super) struct Screen {
 }
 
 impl Screen {
-    pub fn new(
+    /// Opens a window and a device to draw into it.
+    pub async fn open(
         event_loop: &ActiveEventLoop,
         [width, height]: [u32; 2],
         context: &egui::Context,
@@ -49,7 +50,7 @@ impl Screen {
         window.set_visible(true);
         let window = Arc::new(window);
         let display = Box::new(event_loop.owned_display_handle());
-        let (gpu, surface) = Gpu::for_window(Arc::clone(&window), display)?;
+        let (gpu, surface) = Gpu::for_window(Arc::clone(&window), display).await?;
         eprintln!("drawing with {}", gpu.info);
         let size = window.inner_size();
         let target = WindowTarget::new(surface, &gpu, [size.width, size.height])?;

@@ -96,7 +96,7 @@ impl ApplicationHandler<Event> for Shell {
             return;
         }
         let (size_px, egui) = (self.session.view.size_px(), self.session.egui());
-        match Screen::new(event_loop, size_px, egui, self.proxy.clone()) {
+        match pollster::block_on(Screen::open(event_loop, size_px, egui, self.proxy.clone())) {
             Ok(screen) => {
                 if let Err(failure) = check(&screen.gpu, &self.session.stage.sim().scene) {
                     return self.fail(event_loop, failure);
