@@ -75,7 +75,7 @@ fn world_of(declared: &[Effect]) -> World {
         world.insert_resource(Gravity::EARTH);
     }
     if has(Effect::Springs) {
-        let elastic = Elastic { stiffness: 30.0, damping: 0.2, rest_length: 1.1, pull_only: false };
+        let elastic = Elastic::new(30.0, 1.1).damped(0.2);
         for ends in [[0, 1], [1, 2], [3, 4]] {
             world.spawn(Spring { ends: ends.map(|end: usize| bodies[end]), elastic });
         }

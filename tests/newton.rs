@@ -60,10 +60,7 @@ fn second_law_a_force_accelerates_by_force_times_inverse_mass() {
 fn third_law_a_body_pulls_as_hard_as_it_is_pulled() {
     // What acts between two bodies: one force, found twice.
     let spring = |lab: &mut Lab, ends| {
-        lab.spring(
-            ends,
-            Elastic { stiffness: 50.0, damping: 0.3, rest_length: 1.0, pull_only: false },
-        );
+        lab.spring(ends, Elastic::new(50.0, 1.0).damped(0.3));
     };
     let attraction = |lab: &mut Lab, _| {
         lab.world.insert_resource(MutualGravity { constant: 20.0, softening: 0.1 });

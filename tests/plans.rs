@@ -220,10 +220,7 @@ fn one_spring_among_free_particles_adds_one_law_and_one_system() {
     }
     let before = systems(&lab.run(1).stepper);
     assert!(lab.counts().1.iter().all(|(_, count)| *count == 0));
-    let spring = lab.spring(
-        [0, 1],
-        Elastic { stiffness: 1.0, damping: 0.0, rest_length: 0.5, pull_only: false },
-    );
+    let spring = lab.spring([0, 1], Elastic::new(1.0, 0.5));
     let with = systems(&lab.run(1).stepper);
     let added: Vec<_> = with.difference(&before).collect();
     assert_eq!(added, ["integrate_groups"]);

@@ -72,10 +72,7 @@ impl Soft {
         let link = |ends: &[u32; 2]| {
             let [a, b] = ends.map(|end| self.places[end as usize]);
             let rest_length = a.distance(b) / self.stretch;
-            Link {
-                ends: *ends,
-                elastic: Elastic { stiffness: 100.0, damping: 0.0, rest_length, pull_only: false },
-            }
+            Link { ends: *ends, elastic: Elastic::new(100.0, rest_length) }
         };
         self.springs.iter().map(link).collect()
     }

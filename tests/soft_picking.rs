@@ -144,15 +144,7 @@ fn a_rope_is_selected_at_points_and_springs_and_named_after_its_first_point() {
     let mut drive = Drive::of(scene);
     drive.press("Q");
     let points: Vec<_> = drive.session.stage.sim().remaining_bodies().collect();
-    let link = |a, b| Link {
-        ends: [a, b],
-        elastic: Elastic {
-            stiffness: 9.0,
-            damping: 0.0,
-            rest_length: std::f64::consts::SQRT_2,
-            pull_only: false,
-        },
-    };
+    let link = |a, b| Link { ends: [a, b], elastic: Elastic::new(9.0, std::f64::consts::SQRT_2) };
     let body = SoftBody { points, springs: [link(0, 1), link(1, 2)].into(), ..SoftBody::default() };
     drive.session.stage.world_mut().spawn(body);
     for x in [0.0, 0.5, -0.7, 1.0] {

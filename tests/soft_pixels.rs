@@ -236,10 +236,7 @@ fn a_spring_between_bodies_is_a_line_unless_an_end_makes_it_inert() {
             .spawn((Transform::at(DVec3::new(x, 2.0, 0.0)), PhysicsBody::with_mass(1.0), ball))
             .id()
     });
-    world.spawn(Spring {
-        ends,
-        elastic: Elastic { stiffness: 1.0, damping: 0.0, rest_length: 5.0, pull_only: false },
-    });
+    world.spawn(Spring { ends, elastic: Elastic::new(1.0, 5.0) });
     film.frame([]);
     let plain = film.session.picture().lines;
     assert_eq!(plain.len(), 1);

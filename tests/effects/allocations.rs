@@ -144,12 +144,7 @@ fn posts(method: Method) -> Lab {
         let below = motion::Transform::at(at - glam::DVec3::Y);
         let id = motion::StableId(2 * number + 1);
         let mass = world.spawn((id, below, motion::PhysicsBody::with_mass(1.0))).id();
-        let elastic = motion::Elastic {
-            stiffness: 40.0 + f64::from(number),
-            damping: 0.0,
-            rest_length: 1.0,
-            pull_only: false,
-        };
+        let elastic = motion::Elastic::new(40.0 + f64::from(number), 1.0);
         world.spawn(motion::Spring { ends: [post, mass], elastic });
     }
     let mut lab = Lab::of(world, method, H);

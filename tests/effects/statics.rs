@@ -112,10 +112,7 @@ fn an_anchor_that_is_given_a_mass_is_pulled_by_its_spring() {
         let mut lab = Lab::new(Method::SemiImplicitEuler, H);
         let anchor = lab.body(0.0, velocity);
         let ball = lab.spawn(Start { x: Vector::new(2.0, 10.0, 0.0), v: Vector::ZERO, w: 1.0 });
-        lab.spring(
-            [anchor, ball],
-            Elastic { stiffness: 50.0, damping: 0.0, rest_length: 1.0, pull_only: false },
-        );
+        lab.spring([anchor, ball], Elastic::new(50.0, 1.0));
         lab.run(2);
         let state = PhysicsBody { velocity, inverse_mass: 1.0 };
         lab.world.entity_mut(anchor).insert(state);

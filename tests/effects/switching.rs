@@ -211,7 +211,7 @@ fn springs_and_mutual_gravity_are_switched_and_their_values_kept() {
     let mut world = world_of(&[]);
     let ends: Vec<_> =
         world.query_filtered::<Entity, With<PhysicsBody>>().iter(&world).take(2).collect();
-    let elastic = Elastic { stiffness: 10.0, damping: 0.1, rest_length: 1.0, pull_only: false };
+    let elastic = Elastic::new(10.0, 1.0).damped(0.1);
     let spring = Spring { ends: [ends[0], ends[1]], elastic };
     let entity = world.spawn(spring).id();
     let pull = MutualGravity { constant: 0.5, softening: 0.1 };

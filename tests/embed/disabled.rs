@@ -142,8 +142,7 @@ impl Side {
 
     /// Gives springs and the soft body the entities of their bodies.
     fn join(&mut self) {
-        let elastic =
-            |stiffness| Elastic { stiffness, damping: 0.2, rest_length: 1.0, pull_only: false };
+        let elastic = |stiffness| Elastic::new(stiffness, 1.0).damped(0.2);
         for SpringSpec { ends, stiffness, entity, is_out, is_gone } in &self.springs {
             let spring =
                 Spring { ends: ends.map(|end| self.bodies[end]), elastic: elastic(*stiffness) };

@@ -28,8 +28,7 @@ fn pair() -> (World, [Entity; 2]) {
     (world, ends)
 }
 
-const ELASTIC: Elastic =
-    Elastic { stiffness: 10.0, damping: 0.1, rest_length: 0.5, pull_only: false };
+const ELASTIC: Elastic = Elastic::new(10.0, 0.5).damped(0.1);
 
 fn emitter(pool: Vec<Entity>) -> Emitter {
     let launches = vec![DVec3::Y; pool.len()];

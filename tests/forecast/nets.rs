@@ -30,7 +30,7 @@ fn stiff_spring(k: f64) -> Springs {
 /// The same with a damper of that rate.
 fn damped_spring(stiffness: f64, damping: f64) -> Springs {
     let (post, body) = (Start::held(DVec3::ZERO), Start::of(1.0, DVec3::X, DVec3::ZERO));
-    Springs::pair(post, body, Elastic { stiffness, damping, rest_length: 1.0, pull_only: false })
+    Springs::pair(post, body, Elastic::new(stiffness, 1.0).damped(damping))
 }
 
 /// The methods with a stability limit, one after the other and again.
@@ -109,7 +109,7 @@ fn dampers(seed: u64) -> Springs {
         let stiffness = 10.0_f64.powf(3.0 + dice.number());
         let length = bodies[ends[0]].x.distance(bodies[ends[1]].x);
         let damping = 0.02 * stiffness.sqrt() * 10.0_f64.powf(dice.number());
-        (ends, Elastic { stiffness, damping, rest_length: length, pull_only: false })
+        (ends, Elastic::new(stiffness, length).damped(damping))
     };
     let springs = ends.into_iter().map(|ends| spring(ends, &mut dice)).collect();
     for body in &mut bodies[1..] {
@@ -294,12 +294,7 @@ fn a_large_cloth_of_dampers_is_judged_like_its_run() {
     }
     for (i, j) in (0..rows).flat_map(|i| (0..columns).map(move |j| (i, j))) {
         let mut join = |other: usize, length: f64| {
-            let elastic = Elastic {
-                stiffness: 200.0,
-                damping: 0.3 + 0.02 * j as f64,
-                rest_length: length,
-                pull_only: false,
-            };
+            let elastic = Elastic::new(200.0, length).damped(0.3 + 0.02 * j as f64);
             net.springs.push(([at(i, j), other], elastic));
         };
         if j + 1 < columns {
@@ -384,7 +379,7 @@ fn many_rates_of_damping_are_taken_together() {
     let last = net.bodies.len() - 1;
     let spring = |i: usize| {
         let rest_length = net.bodies[i].x.distance(net.bodies[i - 1].x);
-        ([i - 1, i], Elastic { stiffness: 100.0, damping: 0.5, rest_length, pull_only: false })
+        ([i - 1, i], Elastic::new(100.0, rest_length).damped(0.5))
     };
     let springs: Vec<_> = (last - 39..=last).map(spring).collect();
     net.springs.extend(springs);

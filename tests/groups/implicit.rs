@@ -297,7 +297,7 @@ fn steps_that_do_not_converge_are_counted_and_the_others_are_not() {
 #[test]
 fn two_light_bodies_on_a_strong_damper_come_to_the_same_velocity() {
     let (a, b, c) = (1e-3, 2e-3, 1e6);
-    let spring = Elastic { stiffness: 0.0, damping: c, rest_length: 0.0, pull_only: false };
+    let spring = Elastic::new(0.0, 0.0).damped(c);
     let bodies =
         (Start::of(a, DVec3::ZERO, DVec3::X), Start::of(b, DVec3::X * 3.0, DVec3::Y * 0.5));
     let mut rig = Net::pair(bodies.0, bodies.1, spring).lab(&Environment::default(), IMPLICIT, H);

@@ -75,11 +75,8 @@ impl Side {
         let rest_length = if dice.below(3) == 0 { 0.0 } else { 1.0 };
         let (with_options, kind, with_ledger) =
             (dice.below(3) > 0, dice.below(5), dice.below(4) == 0);
-        let elastic = |dice: &mut Dice| Elastic {
-            stiffness: 40.0 + 20.0 * dice.number(),
-            damping,
-            rest_length,
-            pull_only: false,
+        let elastic = |dice: &mut Dice| {
+            Elastic::new(40.0 + 20.0 * dice.number(), rest_length).damped(damping)
         };
         let (mut bodies, mut springs, mut id) = (Vec::new(), Vec::new(), 0);
         for group in 0..u32::try_from(GROUPS).unwrap() {

@@ -19,14 +19,14 @@ fn cloth() -> Net {
         w: if i.is_multiple_of(1999) { 0.0 } else { 1.0 },
     };
     let bodies: Vec<_> = (0..rows * columns).map(point).collect();
-    let elastic = Elastic { stiffness: 200.0, damping: 0.5, rest_length: 1.0, pull_only: false };
+    let elastic = Elastic::new(200.0, 1.0).damped(0.5);
     let mut springs = Vec::new();
     for i in 0..bodies.len() {
         let (right, down) = (i % columns + 1 < columns, i + columns < bodies.len());
         springs.extend(right.then_some(([i, i + 1], elastic)));
         springs.extend(down.then_some(([i + columns, i], elastic)));
         springs.extend((right && down).then_some(([i, i + columns + 1], elastic)));
-        let far = Elastic { stiffness: 1.0, damping: 0.0, rest_length: 60.0, pull_only: false };
+        let far = Elastic::new(1.0, 60.0);
         springs.extend((i % 100 == 7).then_some(([i, bodies.len() - 1 - i], far)));
     }
     Net { bodies, springs }

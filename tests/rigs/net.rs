@@ -12,7 +12,7 @@ pub const H: f64 = 1.0 / 60.0;
 pub type State = (DVec3, DVec3);
 
 pub const fn elastic(stiffness: f64, rest_length: f64) -> Elastic {
-    Elastic { stiffness, damping: 0.0, rest_length, pull_only: false }
+    Elastic::new(stiffness, rest_length)
 }
 
 /// Bodies and the springs between them.

@@ -14,7 +14,7 @@ fn net() -> Net {
         let x = DVec3::new(i as f64, 0.25 * (i % 2) as f64, -0.5);
         if i == 0 { Start::held(x) } else { Start::of(1.0, x, v) }
     };
-    let elastic = Elastic { stiffness: 20.0, damping: 2.0, rest_length: 1.0, pull_only: false };
+    let elastic = Elastic::new(20.0, 1.0).damped(2.0);
     Net {
         bodies: (0..6).map(body).collect(),
         springs: (0..3).map(|i| ([i, i + 1], elastic)).collect(),

@@ -68,7 +68,7 @@ fn chain(model: DampingModel, method: Method) -> Lab {
         let x = DVec3::X * (1.1 * i as f64);
         if i == 0 { Start::held(x) } else { Start::of(1.0, x, DVec3::ZERO) }
     };
-    let elastic = Elastic { stiffness: 4.0, damping: 0.5, rest_length: 1.0, pull_only: false };
+    let elastic = Elastic::new(4.0, 1.0).damped(0.5);
     let springs = (0..3).map(|i| ([i, i + 1], elastic)).collect();
     let net = Net { bodies: (0..4).map(start).collect(), springs };
     let around =

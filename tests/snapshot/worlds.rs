@@ -99,8 +99,7 @@ fn world() -> (World, [Entity; 3]) {
     let at = |x: f64| Transform::at(Vector::X * x);
     let post = world.spawn((at(0.0), PhysicsBody::IMMOVABLE)).id();
     let [bob, ball] = [1.5, 4.0].map(|x| world.spawn((at(x), PhysicsBody::with_mass(0.5))).id());
-    let elastic =
-        motion::Elastic { stiffness: 30.0, damping: 0.1, rest_length: 1.0, pull_only: false };
+    let elastic = motion::Elastic::new(30.0, 1.0).damped(0.1);
     world.spawn(motion::Spring { ends: [post, bob], elastic });
     (world, [post, bob, ball])
 }

@@ -32,7 +32,8 @@
 //! [`Ledger::install`](ledger::Ledger::install), a forecast at [`Margins`](margin::Margins), a quarantine that ends at
 //! [`Quarantine::release`].
 //!
-//! - Bodies are entities with a [`PhysicsBody`], which brings its [`Transform`] and [`Force`]; options such as [`SpeedLimit`] are components.
+//! - Bodies are entities with a [`PhysicsBody`], which brings its [`Transform`] and [`Force`]; options such as [`SpeedLimit`]
+//!   are components.
 //! - Laws are resources ([`Gravity`], [`Drag`], [`Wells`], [`Damping`]), your own are [`Law`]s in [`Laws`] or [`OwnLaws`].
 //! - [`Stepper`] compiles the schedule of a [`Method`] and runs ticks; [`Stepper::install`] puts it into your schedule.
 //! - [`bevy_ecs`] and [`glam`], whose types are in this interface, are exported as the versions that it was built with.

@@ -1,9 +1,9 @@
 //! Snapshots: the state of a world between two ticks as plain data, taken out and put back.
 //!
 //! A restored world continues with the bits of the world that the snapshot was taken of: for rollback in a network game, for
-//! saving, for trying something out. Laws, springs (which have to be the same) and options of bodies, such as speed limits, are not in a snapshot, only
-//! which effects are off: they stay as the world has them. Nor are cached accelerations: velocity Verlet and Yoshida 4
-//! evaluate them once more.
+//! saving, for trying something out. Laws, springs (which have to be the same) and options of bodies, such as speed limits, are
+//! not in a snapshot, only which effects are off: they stay as the world has them. Nor are cached accelerations: velocity
+//! Verlet and Yoshida 4 evaluate them once more.
 //!
 //! ```
 //! use bevy_ecs::prelude::*;
@@ -306,8 +306,8 @@ pub fn take(world: &World, stepper: &Stepper) -> Snapshot {
     Snapshot { springs, membership: Some(Membership::of(world)), ..state }
 }
 
-/// [`take`], with the `Log` that a particle backend, as the crate `swarm` is one, keeps of emitters, and without the checksum of springs:
-/// for programs that make the springs of a world themselves.
+/// [`take`], with the `Log` that a particle backend, as the crate `swarm` is one, keeps of emitters, and without the checksum
+/// of springs and the [`Membership`]: for programs that make the springs of a world themselves.
 ///
 /// # Panics
 /// As [`take`].
@@ -462,9 +462,8 @@ pub fn roll_back(
 /// Puts `world` and its `stepper` into the state of `snapshot`, with its method and its length of a tick.
 ///
 /// # Errors
-/// If the bodies, emitters or springs of `world` or the [`Integrator`](crate::methods::Integrator) of `stepper` are not those of
-/// `snapshot`, or if its lists do not fit each other or a number is out of
-/// its range; nothing is changed then.
+/// If the bodies, emitters or springs of `world` or the [`Integrator`](crate::methods::Integrator) of `stepper` are not those
+/// of `snapshot`, or if its lists do not fit each other or a number is out of its range; nothing is changed then.
 ///
 /// # Panics
 /// If no stepper was made for `world`.

@@ -126,8 +126,7 @@ impl Net {
             bodies.push(world.spawn((StableId(id), Transform::at(position), body)).id());
         }
         for (ends, stiffness) in &self.springs {
-            let elastic =
-                Elastic { stiffness: *stiffness, damping: 0.0, rest_length: 0.0, pull_only: false };
+            let elastic = Elastic::new(*stiffness, 0.0);
             world.spawn(Spring { ends: ends.map(|end| bodies[end]), elastic });
         }
         let stepper = Stepper::new(&mut world, method, TimeStep(h));

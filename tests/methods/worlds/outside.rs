@@ -50,10 +50,7 @@ fn scenes() -> [Environment; 3] {
 /// A crowd with engines and a spring.
 fn lab(scene: &Environment, method: Method) -> Lab {
     let mut lab = crowd_with_engines(scene, method);
-    lab.spring(
-        [0, 1],
-        Elastic { rest_length: 1.0, stiffness: 40.0, damping: 0.5, pull_only: false },
-    );
+    lab.spring([0, 1], Elastic::new(40.0, 1.0).damped(0.5));
     lab
 }
 

@@ -12,8 +12,7 @@ use crate::methods::table::{Claims, Method, of_order};
 ///
 /// With constant forces and linear drag c the step has a closed form, `v1 = v + a(v) h / (1 + c h)`. Otherwise Newton's
 /// method with the Jacobians of the laws finds v1 to [`ImplicitEuler::tolerance`]. A step that does not converge in
-/// [`MOST_ITERATIONS`] keeps the last v1 and is reported. Bodies in groups are solved together, by
-/// conjugate gradients.
+/// [`MOST_ITERATIONS`] keeps the last v1 and is reported. Bodies in groups are solved together, by conjugate gradients.
 #[derive(Component, Clone, Copy, Debug, Default)]
 #[require(OwnMethod)]
 pub struct ImplicitEuler;

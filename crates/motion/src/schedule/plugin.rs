@@ -54,11 +54,13 @@ use crate::state::threads::Threads;
 ///
 /// # Rate
 /// The length of a tick and Bevy's `Time<Fixed>` are one setting: 64 ticks per second unless you change it, by
-/// [`with_hz`](Self::with_hz), `Time::<Fixed>::from_hz`, or later by another [`TimeStep`] or `Time::<Fixed>::set_timestep_hz`; the last
-/// one holds, and a [`TimeStep`] if both changed in a frame. Bevy counts whole nanoseconds: of 120 Hz a [`TimeStep`] has 1/120 s to the last bit if it was given to the plugin. The
-/// physics reads no clock: how many ticks a frame has is decided by Bevy's `TimePlugin`, one of its default plugins. Without it
-/// nothing runs [`FixedUpdate`]: run it yourself, as above, or choose another [schedule](Self::in_schedule), whose ticks have 1/64 s
-/// unless you say otherwise.
+/// [`with_hz`](Self::with_hz), `Time::<Fixed>::from_hz`, or later by another [`TimeStep`] or
+/// `Time::<Fixed>::set_timestep_hz`; the last one holds, and a [`TimeStep`] if both changed in a frame. Bevy counts whole
+/// nanoseconds: the plugin's 120 Hz are 1/120 s to the last bit in [`TimeStep`], and 8,333,333 ns in Bevy.
+///
+/// The physics reads no clock: how many ticks a frame has is decided by Bevy's `TimePlugin`, one of its default plugins.
+/// Without it nothing runs [`FixedUpdate`]: run it yourself, as above, or choose another [schedule](Self::in_schedule),
+/// whose ticks have 1/64 s unless you say otherwise.
 ///
 /// # Threads
 /// Tables and groups of at least [`Threads::FROM`] bodies are shared between the threads of the app's
@@ -126,9 +128,9 @@ impl InertiaPlugin {
     /// Copies positions to Bevy's `Transform`, around the [`FloatingOrigin`](crate::FloatingOrigin). In a fixed schedule they are those
     /// between the last two ticks, one tick before the time of the frame, and are there in `Update`.
     ///
-    /// Rotation and scale are yours. The motion of a parent is added to that of its bodies. Where you move a body to another place, remove its
-    /// [`PreviousPosition`](crate::PreviousPosition), or a frame may show it on its way. Hide particles that are
-    /// [`Dormant`](crate::Dormant).
+    /// Rotation and scale are yours. The motion of a parent is added to that of its bodies. Where you move a body to another
+    /// place, remove its [`PreviousPosition`](crate::PreviousPosition), or a frame may show it between the two. Hide particles
+    /// that are [`Dormant`](crate::Dormant).
     #[must_use]
     pub const fn with_drawing(self) -> Self {
         Self { draws: true, ..self }

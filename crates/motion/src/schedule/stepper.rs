@@ -178,6 +178,7 @@ impl Stepper {
     /// let mut stepper = Stepper::of::<Ralston>(&mut world, TimeStep(std::f64::consts::TAU / 1000.0));
     /// (0..1000).for_each(|_| stepper.tick(&mut world)); // once round a circle
     /// assert!(world.get::<motion::Transform>(body).unwrap().position.distance(Vector::X) < 1e-3);
+    /// assert_eq!(world.resource::<motion::Evaluations>().accelerations(), 2 * 1000);
     /// ```
     ///
     /// # Panics
@@ -323,7 +324,8 @@ impl Stepper {
     ///
     /// # Panics
     /// As [`Stepper::new`], and if `world` has an [installed](Stepper::install) stepper: then run its schedule. If the stepper
-    /// was made for another world. If a resource that it inserted, such as [`TimeStep`] or [`Requests`], was removed. If a number of a law, a spring, an emitter, the [`TimeStep`] or [`Substeps`] is out of
+    /// was made for another world. If a resource that it inserted, such as [`TimeStep`] or [`Requests`], was removed. If a
+    /// number of a law, a spring, an emitter, the [`TimeStep`] or [`Substeps`] is out of
     /// the range that its documentation states; nothing has moved then.
     pub fn tick(&mut self, world: &mut World) {
         assert!(

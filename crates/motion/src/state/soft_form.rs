@@ -127,14 +127,11 @@ impl SoftForm {
         mut point: impl FnMut(Vector, [u32; 3]) -> Entity,
     ) -> SoftBody {
         let count = u32::try_from(self.count()).expect("fewer than 2^32 points");
-        SoftBody {
-            points: (0..count)
-                .map(|number| point(self.position(number), self.place(number).to_array()))
-                .collect(),
-            springs: self.links(elastic).into(),
-            triangles: self.triangles(),
-            sheet: self.is_sheet(),
-        }
+        let positions: Vec<_> = (0..count).map(|number| self.position(number)).collect();
+        let points = (0..count).zip(&positions);
+        let points = points.map(|(number, at)| point(*at, self.place(number).to_array())).collect();
+        let links = self.links(elastic, |number| positions[number as usize]);
+        SoftBody::new(points, links).with_surface(self.triangles(), self.is_sheet())
     }
 
     /// Whether its surface is a sheet, against which air flows.
@@ -166,12 +163,9 @@ impl SoftForm {
         self.steps.iter().map(|(step, _)| places(step)).fold(0, u64::saturating_add)
     }
 
-    /// Every spring, sorted by its first end, of fewer than 2^32 points.
-    #[must_use]
-    pub fn links(&self, elastic: Elastic) -> Vec<Link> {
+    /// Every spring, sorted by its first end, of fewer than 2^32 points at these positions, m.
+    pub fn links(&self, elastic: Elastic, position: impl Fn(u32) -> Vector) -> Vec<Link> {
         let mut links = Vec::with_capacity(self.springs() as usize);
-        let positions: Vec<_> =
-            (0..self.count() as u32).map(|point| self.position(point)).collect();
         for point in 0..self.count() as u32 {
             let place = self.place(point).as_ivec3();
             for (step, stiffness) in &self.steps {
@@ -180,7 +174,7 @@ impl SoftForm {
                 if to.cmplt(self.points).all() {
                     let ends = [point, self.number(to)];
                     // Computed as a step computes it, so that no spring pulls at the start.
-                    let [from, to] = ends.map(|end| positions[end as usize]);
+                    let [from, to] = ends.map(&position);
                     let stiffness = stiffness.unwrap_or(elastic.stiffness);
                     let rest_length = (to - from).length();
                     links.push(Link {

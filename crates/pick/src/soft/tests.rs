@@ -14,10 +14,7 @@ struct Sample {
 }
 
 fn link(a: u32, b: u32, rest_length: f64) -> Link {
-    Link {
-        ends: [a, b],
-        elastic: Elastic { stiffness: 1.0, damping: 0.0, rest_length, pull_only: false },
-    }
+    Link { ends: [a, b], elastic: Elastic::new(1.0, rest_length) }
 }
 
 impl Sample {

@@ -79,12 +79,8 @@ pub(crate) fn elastic(
     const DAMPING: Rule = rule(not_negative, "a damping", "give a number of N s/m from 0 up");
     let cure = "add one such as `stiffness_n_m: 100.0`";
     faults.require(stiffness.is_some(), scope, "stiffness_n_m", cure);
-    Elastic {
-        stiffness: faults.number(scope, "stiffness_n_m", stiffness, 0.0, STIFFNESS),
-        damping: faults.number(scope, "damping_n_s_m", damping, 0.0, DAMPING),
-        rest_length: 0.0,
-        pull_only: false,
-    }
+    Elastic::new(faults.number(scope, "stiffness_n_m", stiffness, 0.0, STIFFNESS), 0.0)
+        .damped(faults.number(scope, "damping_n_s_m", damping, 0.0, DAMPING))
 }
 
 /// Adds the points, which are `body` with `velocity` unless they are pinned, and the links between them.
@@ -106,10 +102,11 @@ fn make(
             BodySpec { position, velocity, ..body }
         }
     }));
+    let points = &bodies[first..];
     soft_bodies.push(SoftBodySpec {
         name,
         sheet: form.is_sheet(),
-        links: form.links(elastic).into(),
+        links: form.links(elastic, |point| points[point as usize].position).into(),
         triangles: form.triangles(),
         points: first as u32..bodies.len() as u32,
         blades: held.width.map(|width| Blades { points: form.points().y, width }),

@@ -55,8 +55,8 @@ fn begin_tick(world: &mut World) {
 fn end_tick(world: &mut World) {
     if let Some(open) = world.remove_resource::<OpenTick>()
         && let Some(mut ledger) = world.remove_resource::<Ledger>()
+        && let Some(method) = Stepper::installed_method(world)
     {
-        let method = Stepper::installed(world, |stepper, _| stepper.method());
         ledger.close_tick(world, method, &open);
         world.insert_resource(ledger);
     }
