@@ -460,6 +460,7 @@ fn a_rollback_undoes_spawns_and_disables_of_bodies_springs_and_emitters() {
     let mut stepper = Stepper::new(&mut world, Method::PositionVerlet, TimeStep(0.01));
     let waiting =
         world.spawn((Transform::at(DVec3::Y), PhysicsBody::with_mass(3.0), Disabled)).id();
+    let unplaced = world.spawn(PhysicsBody::with_mass(1.0)).remove::<Transform>().id();
     let saved = snapshot::take(&world, &stepper);
     world.entity_mut(waiting).remove::<Disabled>();
     // A body may be a spring as well.
@@ -474,6 +475,8 @@ fn a_rollback_undoes_spawns_and_disables_of_bodies_springs_and_emitters() {
     assert_eq!(snapshot::take(&world, &stepper), saved);
     assert_eq!(world.get::<Transform>(waiting).unwrap().position, DVec3::Y);
     assert!(world.entity(waiting).contains::<Disabled>() && world.get_entity(later).is_err());
+    // Without a place it is no body, then as now.
+    assert!(world.get_entity(unplaced).is_ok());
     // What is despawned cannot come back.
     let mut stepper = Stepper::new(&mut world, Method::default(), TimeStep(0.01));
     let saved = snapshot::take(&world, &stepper);

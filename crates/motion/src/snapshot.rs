@@ -203,7 +203,7 @@ impl Membership {
 
 /// Whether an entity is a body, an emitter, a spring or a soft body.
 fn is_of_physics(entity: &EntityRef) -> bool {
-    entity.contains::<PhysicsBody>()
+    (entity.contains::<Transform>() && entity.contains::<PhysicsBody>())
         || entity.contains::<Emission>()
         || entity.contains::<Spring>()
         || entity.contains::<SoftBody>()
