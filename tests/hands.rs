@@ -51,6 +51,45 @@ fn a_finger_does_what_the_left_button_does() {
     assert!(tapped(by_mouse.middle_of("Pause")).1);
 }
 
+#[test]
+fn a_finger_that_rests_is_a_click_of_the_right_button() {
+    let (mut by_mouse, mut by_finger) = (cockpit(), cockpit());
+    let player = by_mouse.seen("player");
+    by_finger.drive.frame(H, [finger(3, TouchPhase::Down, player)]);
+    by_finger.drive.ticks(48);
+    assert_eq!(by_finger.drive.v("player").length(), 0.0);
+    by_finger.drive.ticks(24);
+    let pushed = by_finger.drive.v("player").length();
+    by_mouse.drive.click(Button::Right, player);
+    by_mouse.drive.ticks(12);
+    assert!(pushed > 0.01 && (by_mouse.drive.v("player").length() / pushed - 1.0).abs() < 0.2);
+    // Once, and lifting it is no click beside the body, which has moved on.
+    by_finger.drive.ticks(120);
+    assert!(by_finger.drive.v("player").length() < pushed);
+    by_finger.drive.frame(H, [finger(3, TouchPhase::Up, player)]).ticks(2);
+    assert_eq!(by_finger.drive.selected().as_deref(), Some("player"));
+
+    // Two that come down one after the other push nothing.
+    let before = by_finger.drive.v("player").length();
+    by_finger.drive.frame(H, [finger(1, TouchPhase::Down, player)]);
+    by_finger.drive.frame(H, [finger(2, TouchPhase::Down, player + 60.0)]);
+    by_finger.drive.ticks(120);
+    assert!(by_finger.drive.v("player").length() <= before);
+}
+
+#[test]
+fn the_force_of_a_click_is_changed_without_a_wheel() {
+    let mut cockpit = cockpit();
+    let force = |cockpit: &Cockpit| cockpit.drive.session.view.click_force();
+    let usual = force(&cockpit);
+    for (name, change) in [("More force", 100.0), ("Less force", 0.0), ("Less force", -100.0)] {
+        let place = cockpit.middle_of(name);
+        cockpit.drive.click(Button::Left, place).ticks(2);
+        assert_eq!(force(&cockpit), usual + change);
+    }
+    assert_eq!(cockpit.drive.selected().as_deref(), Some("player"));
+}
+
 /// Puts two fingers down, moves them in steps from two places to two others, and lifts them.
 fn slide(cockpit: &mut Cockpit, from: [DVec2; 2], to: [DVec2; 2]) {
     let both =

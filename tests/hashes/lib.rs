@@ -65,14 +65,17 @@ impl Run {
 
 /// A line for each scene and method: their names and the state hash after [`TICKS`] ticks.
 pub fn hashes() -> String {
+    scenes().map(|scene| hashes_of(&scene)).collect()
+}
+
+/// The lines of a scene.
+pub fn hashes_of(scene: &Scene) -> String {
     let mut lines = String::new();
-    for scene in scenes() {
-        for scene in by_methods(&scene) {
-            let (name, method) = (scene.name.clone(), scene.method.name());
-            let mut run = Run::of(Simulation::new(scene));
-            run.ticks(0, TICKS);
-            let _ = writeln!(lines, "{name} {method} {:016x}", run.simulation.hash());
-        }
+    for scene in by_methods(scene) {
+        let (name, method) = (scene.name.clone(), scene.method.name());
+        let mut run = Run::of(Simulation::new(scene));
+        run.ticks(0, TICKS);
+        let _ = writeln!(lines, "{name} {method} {:016x}", run.simulation.hash());
     }
     lines
 }

@@ -229,6 +229,7 @@ pub const MOUSE: &[(&str, When, &str)] = &[
         "with the bars around the view, beside the selection: orbit",
     ),
     ("one finger", When::Always, "the left button; in camera mode, look around"),
+    ("a finger that rests", When::Always, "after half a second, a click of the right button"),
     (
         "two fingers",
         When::SelectionMode,

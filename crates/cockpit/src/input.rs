@@ -1,5 +1,7 @@
 //! The input of a frame: the same events from a window, a script or a test.
 
+pub mod keyboard;
+
 use std::fmt;
 use std::str::FromStr;
 

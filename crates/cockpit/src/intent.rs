@@ -23,6 +23,8 @@ pub enum Intent {
     ApplySetting(Setting),
     /// Simulate this many seconds per second.
     Pace(f64),
+    /// Change the force of a click by notches of the wheel.
+    TurnForce(f64),
     /// Go to the end of that tick.
     Seek(u64),
     /// Save everything that is recorded.
@@ -31,6 +33,8 @@ pub enum Intent {
     SaveTable(String),
     /// Open the scene of that name.
     Open(String),
+    /// Open the shipped lesson of that name.
+    OpenLesson(String),
     /// Change the scene's text, and restart it with the entry of that path selected.
     Rewrite(Vec<TextEdit>, Option<String>),
     /// Restart with another text of the scene, with the entry of that path selected.

@@ -56,12 +56,29 @@ pub enum Order {
     Scene(SceneFile),
     /// Load the scene with this name.
     Open(String),
+    /// Measure the runs of the shipped lesson with this name, and begin it in its scene.
+    Lesson(String),
     /// Restore the unsaved changes in this file.
     Restore(PathBuf),
     /// Delete the unsaved changes in this file.
     Forget(PathBuf),
     /// Quit the program.
     Quit,
+}
+
+impl Order {
+    /// Whether it ends the scene that is open.
+    #[must_use]
+    pub const fn leaves_scene(&self) -> bool {
+        match self {
+            Self::Open(_) | Self::Lesson(_) | Self::Restore(_) | Self::Quit => true,
+            Self::Screenshot(_)
+            | Self::Bundle
+            | Self::Table(_)
+            | Self::Scene(_)
+            | Self::Forget(_) => false,
+        }
+    }
 }
 
 /// A scene to be written into a file.

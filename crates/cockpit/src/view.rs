@@ -81,6 +81,8 @@ pub struct View {
     pub(crate) surround: [u8; 3],
     pub(crate) measured: Option<Measured>,
     pub(crate) click_force: f64,
+    /// Whether the last input was a finger, for the words that say what to do.
+    pub(crate) by_finger: bool,
     pub(crate) velocity_arrows: bool,
     pub(crate) force_arrows: bool,
     /// Whether every spring is drawn, instead of the surfaces that springs hold.
@@ -116,6 +118,7 @@ impl View {
             surround: [0; 3],
             measured: None,
             click_force: stage.sim().scene.push_spec().start,
+            by_finger: false,
             velocity_arrows: false,
             force_arrows: false,
             springs: false,
@@ -142,6 +145,7 @@ impl View {
             view_px: self.view_px,
             surround: self.surround,
             measured: self.measured,
+            by_finger: self.by_finger,
             ..next
         };
     }
@@ -225,6 +229,11 @@ impl View {
     #[must_use]
     pub const fn camera(&self) -> &Camera {
         &self.camera
+    }
+
+    /// Changes the force of a click by notches of the wheel.
+    pub(crate) fn turn_force(&mut self, stage: &Stage, notches: f64) {
+        self.click_force += notches * stage.sim().scene.push_spec().per_notch;
     }
 
     /// Force of a click, N.

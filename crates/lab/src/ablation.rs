@@ -7,7 +7,7 @@ use motion::effects::{Effect, EffectState};
 use scene::Scene;
 
 use crate::cost::{Deviation, Sample, Scales};
-use crate::run::{ByEffect, started, step_times};
+use crate::run::{ByEffect, StepTimes, started};
 
 /// A run without one effect, against the full one.
 #[derive(Clone, Debug, PartialEq)]
@@ -53,7 +53,7 @@ pub fn ablate(scene: &Scene, ticks: u64) -> Ablation {
     let particles = full.particle_keys();
     let variants: Vec<_> =
         [Vec::new()].into_iter().chain(effects.iter().map(|effect| vec![*effect])).collect();
-    let times = step_times(&scene, &variants, ticks);
+    let times = StepTimes::new(&scene, variants.clone(), ticks).all_ns();
     let ns = times[0];
     let rows = effects
         .iter()

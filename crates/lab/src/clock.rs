@@ -16,6 +16,13 @@ pub(crate) fn thread_time() -> f64 {
     START.get_or_init(web_time::Instant::now).elapsed().as_secs_f64()
 }
 
+/// Whether the clock of studies counts the time of a thread, and not all that passes.
+pub const IS_THREAD_TIME: bool = cfg!(not(target_family = "wasm"));
+
+/// Length of a block of ticks that is timed, s: long compared with the resolution of the clock, which is up to 1 ms in a page, and
+/// short compared with the time slices of the system.
+pub(crate) const BLOCK_S: f64 = if IS_THREAD_TIME { 1e-3 } else { 2e-2 };
+
 /// Gives this thread real-time priority, so that no other program takes its caches while it is timed: on Linux, as root or
 /// with the right to it. Returns whether it has that priority now.
 pub fn take_real_time_priority() -> bool {

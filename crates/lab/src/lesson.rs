@@ -152,67 +152,125 @@ impl RunLimit {
 /// # Errors
 /// If a scene cannot be read, or if the runs together take longer than `limit`.
 pub fn run_lesson(lesson: &Lesson, times: f64, limit: RunLimit) -> Result<Quantities, SceneError> {
-    let start = thread_time();
-    let mut all = Quantities::default();
-    for (number, run) in lesson.runs.iter().enumerate() {
-        let found = measure_run(lesson, run, times, |seconds| {
-            if thread_time() - start <= limit.seconds {
-                return Ok(());
+    let mut runs = LessonRuns::new(lesson, times, scene::load)?;
+    if runs.work(limit.seconds) {
+        return Ok(runs.all);
+    }
+    let (number, seconds) = runs.place();
+    let (what, of) = (limit.seconds, lesson.runs[number].seconds);
+    let what = format!(
+        "its runs take more than {what} s: runs[{number}] came to {seconds:.3} s of {of} s"
+    );
+    Err(SceneError::of_file(&lesson.name, what, limit.cure))
+}
+
+/// The runs of a lesson, in slices.
+pub struct LessonRuns {
+    /// The runs that have not begun, the next one last, and their scenes.
+    left: Vec<(Scene, LessonRun)>,
+    present: Option<Measured>,
+    begun: usize,
+    all: Quantities,
+}
+
+impl LessonRuns {
+    /// Prepares the runs of `lesson`, with `times` as many ticks per second as they say. `load` reads a scene by its name.
+    ///
+    /// # Errors
+    /// If a scene cannot be read.
+    pub fn new(
+        lesson: &Lesson,
+        times: f64,
+        mut load: impl FnMut(&str) -> Result<Scene, SceneError>,
+    ) -> Result<Self, SceneError> {
+        let scene = |run: &LessonRun| {
+            let name = run.scene.as_ref().unwrap_or(&lesson.scene);
+            let mut scene = load(&beside(&lesson.name, name))?;
+            let step_hz = Some(run.step_hz.unwrap_or(scene.step_hz) * times);
+            Overrides { method: run.method, step_hz, substeps: run.substeps, damping: None }
+                .apply(&mut scene);
+            Ok((scene, run.clone()))
+        };
+        let mut left = lesson.runs.iter().map(scene).collect::<Result<Vec<_>, _>>()?;
+        left.reverse();
+        Ok(Self { left, present: None, begun: 0, all: Quantities::default() })
+    }
+
+    /// Simulates until `seconds` of the thread's time have passed. Returns whether all runs are done.
+    pub fn work(&mut self, seconds: f64) -> bool {
+        let start = thread_time();
+        loop {
+            if let Some(done) = self.present.take_if(|run| run.ticks == 0) {
+                self.all.extend(done.quantities);
             }
-            let what = format!(
-                "its runs take more than {} s: runs[{number}] came to {seconds:.3} s of {} s",
-                limit.seconds, run.seconds
-            );
-            Err(SceneError::of_file(&lesson.name, what, limit.cure))
-        });
-        all.extend(found?);
-    }
-    Ok(all)
-}
-
-/// The scene of a run with its settings, and its ticks.
-fn scene_of(lesson: &Lesson, run: &LessonRun, times: f64) -> Result<(Scene, u64), SceneError> {
-    let name = run.scene.as_ref().unwrap_or(&lesson.scene);
-    let mut scene = scene::load(&beside(&lesson.name, name))?;
-    let step_hz = Some(run.step_hz.unwrap_or(scene.step_hz) * times);
-    Overrides { method: run.method, step_hz, substeps: run.substeps, damping: None }
-        .apply(&mut scene);
-    let ticks = scene.ticks_in(run.seconds);
-    Ok((scene, ticks))
-}
-
-/// What a run measures. Calls `look` with the simulated seconds before each tick.
-fn measure_run(
-    lesson: &Lesson,
-    run: &LessonRun,
-    times: f64,
-    look: impl Fn(f64) -> Result<(), SceneError>,
-) -> Result<Quantities, SceneError> {
-    let (scene, ticks) = scene_of(lesson, run, times)?;
-    let mut simulation = Simulation::new(scene);
-    let has_error =
-        run.measure.iter().any(|quantity| quantity.measure == Measure::Run(RunMeasure::Error));
-    let mut reference = has_error.then(|| Twin::reference(&simulation));
-    let (mut quantities, mut farthest) = (Quantities::default(), 0.0_f64);
-    note(&mut quantities, &run.measure, &simulation, farthest);
-    for action in &run.start {
-        // Bodies are named that the scene has: the lesson was checked against it.
-        if let Ok(change) = Change::of(action, &simulation) {
-            simulation.give(&change);
-            reference.iter_mut().for_each(|reference| reference.give(&change));
+            if self.present.is_none() {
+                let Some((scene, run)) = self.left.pop() else { return true };
+                self.present = Some(Measured::begin(scene, run));
+                self.begun += 1;
+            }
+            if let Some(run) = self.present.as_mut().filter(|run| run.ticks > 0) {
+                if thread_time() - start > seconds {
+                    return false;
+                }
+                run.tick();
+            }
         }
     }
-    for _ in 0..ticks {
-        look(simulation.seconds())?;
+
+    /// The number of the present run, and the seconds that it has simulated.
+    fn place(&self) -> (usize, f64) {
+        let seconds = self.present.as_ref().map_or(0.0, |run| run.simulation.seconds());
+        (self.begun.saturating_sub(1), seconds)
+    }
+
+    /// What all runs together measured.
+    #[must_use]
+    pub fn measured(self) -> Quantities {
+        self.all
+    }
+}
+
+/// A run that is measured.
+struct Measured {
+    simulation: Simulation,
+    reference: Option<Twin>,
+    measure: Vec<Quantity>,
+    /// Ticks that are left.
+    ticks: u64,
+    quantities: Quantities,
+    farthest: f64,
+}
+
+impl Measured {
+    fn begin(scene: Scene, LessonRun { start, measure, seconds, .. }: LessonRun) -> Self {
+        let ticks = scene.ticks_in(seconds);
+        let mut simulation = Simulation::new(scene);
+        let has_error =
+            measure.iter().any(|quantity| quantity.measure == Measure::Run(RunMeasure::Error));
+        let mut reference = has_error.then(|| Twin::reference(&simulation));
+        let mut quantities = Quantities::default();
+        note(&mut quantities, &measure, &simulation, 0.0);
+        for action in &start {
+            // Bodies are named that the scene has: the lesson was checked against it.
+            if let Ok(change) = Change::of(action, &simulation) {
+                simulation.give(&change);
+                reference.iter_mut().for_each(|reference| reference.give(&change));
+            }
+        }
+        Self { simulation, reference, measure, ticks, quantities, farthest: 0.0 }
+    }
+
+    fn tick(&mut self) {
+        let Self { simulation, reference, farthest, .. } = self;
         simulation.tick();
-        if let Some(reference) = &mut reference {
+        if let Some(reference) = reference {
             reference.tick();
-            let apart = Distances::between(&simulation, reference.simulation()).farthest(|_| true);
-            farthest = larger(farthest, apart.map_or(f64::NAN, |(_, distance)| distance));
+            let apart = Distances::between(simulation, reference.simulation()).farthest(|_| true);
+            *farthest = larger(*farthest, apart.map_or(f64::NAN, |(_, distance)| distance));
         }
-        note(&mut quantities, &run.measure, &simulation, farthest);
+        note(&mut self.quantities, &self.measure, simulation, *farthest);
+        self.ticks -= 1;
     }
-    Ok(quantities)
 }
 
 fn note(quantities: &mut Quantities, measure: &[Quantity], simulation: &Simulation, error: f64) {

@@ -29,7 +29,8 @@ pub mod sweep;
 pub mod trial;
 
 pub use ablation::{Ablation, Absence, ablate};
+pub use clock::IS_THREAD_TIME;
 pub use column::{Column, Kind, Value};
-pub use receipt::{Receipt, ReceiptLine, receipt, receipt_without_running};
+pub use receipt::{Receipt, ReceiptLine, ReceiptRun, receipt, receipt_without_running};
 pub use run::{AttractionTick, ByEffect, attraction_tick, watch_time};
 pub use shard::Shard;

@@ -9,7 +9,8 @@ use motion::snapshot::{LastAcceleration, LastStep};
 use motion::{Dormant, Method, OwnMethod, PhysicsBody, Quarantined, Static, own_method};
 use scene::{Declaration, Scene};
 
-use crate::run::{ByEffect, started, step_times};
+use crate::clock::thread_time;
+use crate::run::{ByEffect, StepTimes, started};
 
 /// One line of a receipt.
 #[derive(Clone, Debug, PartialEq)]
@@ -57,39 +58,94 @@ pub type Receipt = ByEffect<ReceiptLine>;
 
 /// The receipt of `ticks` ticks of `scene`, at least 1, from its start, with effects switched off before the first tick.
 pub fn receipt(scene: &Scene, ticks: u64, without: &[Effect]) -> Receipt {
-    let ticks = ticks.max(1);
-    let mut simulation = started(scene.clone(), without);
-    simulation.run(ticks);
-    let evaluations = simulation.evaluations().clone();
-    let mut rows = receipt_without_running(&simulation);
-    let acting: Vec<_> = rows
-        .iter()
-        .filter(|row| row.state == EffectState::On)
-        .filter_map(|row| row.effect)
-        .collect();
-    let one_less = |effect: &Effect| without.iter().copied().chain([*effect]).collect();
-    let variants: Vec<_> =
-        [without.to_vec()].into_iter().chain(acting.iter().map(one_less)).collect();
-    let times = step_times(scene, &variants, ticks);
-    let ns = times.first().copied().unwrap_or_default();
-    for row in &mut rows {
-        let count = match row.name {
-            IMPLICIT_SOLVER => evaluations.newton_iterations() + evaluations.cg_iterations(),
-            name => evaluations
-                .laws()
-                .iter()
-                .find(|(law, _)| *law == name)
-                .map_or(0, |(_, count)| *count),
-        };
-        row.evaluations = count as f64 / ticks as f64;
-        if let Some(place) = acting.iter().position(|effect| Some(*effect) == row.effect) {
-            let saved = ns - times[place + 1];
-            (row.ns, row.share) = (Some(saved), Some(saved / ns));
-        } else if row.effect.is_some() {
-            (row.ns, row.share) = (Some(0.0), Some(0.0));
+    let mut run = ReceiptRun::new(scene, ticks, without);
+    run.work(f64::INFINITY);
+    run.receipt()
+}
+
+/// A receipt that is being measured, in slices.
+pub struct ReceiptRun {
+    scene: Scene,
+    without: Vec<Effect>,
+    ticks: u64,
+    /// Counts evaluations, for that many more ticks.
+    counted: Simulation,
+    left: u64,
+    /// What is timed once that is done.
+    timed: Option<Timed>,
+}
+
+struct Timed {
+    rows: Vec<ReceiptLine>,
+    /// The effects that act, in the order of the times after the first one.
+    acting: Vec<Effect>,
+    times: StepTimes,
+}
+
+impl ReceiptRun {
+    /// Begins a receipt: see [`receipt`].
+    pub fn new(scene: &Scene, ticks: u64, without: &[Effect]) -> Self {
+        let (scene, without, ticks) = (scene.clone(), without.to_vec(), ticks.max(1));
+        let counted = started(scene.clone(), &without);
+        Self { scene, without, ticks, counted, left: ticks, timed: None }
+    }
+
+    /// Measures until `seconds` of the thread's time have passed, and at least a tick or a block. Returns whether all is measured.
+    pub fn work(&mut self, seconds: f64) -> bool {
+        let start = thread_time();
+        loop {
+            if self.left > 0 {
+                self.counted.tick();
+                self.left -= 1;
+            } else if self.timed().times.time_block() {
+                return true;
+            }
+            if thread_time() - start > seconds {
+                return false;
+            }
         }
     }
-    Receipt { scene: scene.name.clone(), method: scene.method, ticks, ns, rows }
+
+    fn timed(&mut self) -> &mut Timed {
+        let Self { scene, without, ticks, counted, timed, .. } = self;
+        timed.get_or_insert_with(|| {
+            let rows = receipt_without_running(counted);
+            let acting = rows.iter().filter(|row| row.state == EffectState::On);
+            let acting: Vec<_> = acting.filter_map(|row| row.effect).collect();
+            let one_less = |effect: &Effect| without.iter().copied().chain([*effect]).collect();
+            let all = [without.clone()].into_iter().chain(acting.iter().map(one_less)).collect();
+            Timed { rows, acting, times: StepTimes::new(scene, all, *ticks) }
+        })
+    }
+
+    /// What was measured.
+    pub fn receipt(mut self) -> Receipt {
+        self.timed();
+        let Self { counted, ticks, timed, .. } = self;
+        let (mut rows, acting, times) =
+            timed.map(|timed| (timed.rows, timed.acting, timed.times.ns())).unwrap_or_default();
+        let evaluations = counted.evaluations();
+        let ns = times.first().copied().unwrap_or_default();
+        for row in &mut rows {
+            let count = match row.name {
+                IMPLICIT_SOLVER => evaluations.newton_iterations() + evaluations.cg_iterations(),
+                name => evaluations
+                    .laws()
+                    .iter()
+                    .find(|(law, _)| *law == name)
+                    .map_or(0, |(_, count)| *count),
+            };
+            row.evaluations = count as f64 / ticks as f64;
+            if let Some(place) = acting.iter().position(|effect| Some(*effect) == row.effect) {
+                let saved = ns - times[place + 1];
+                (row.ns, row.share) = (Some(saved), Some(saved / ns));
+            } else if row.effect.is_some() {
+                (row.ns, row.share) = (Some(0.0), Some(0.0));
+            }
+        }
+        let scene = &counted.scene;
+        Receipt { scene: scene.name.clone(), method: scene.method, ticks, ns, rows }
+    }
 }
 
 const IMPLICIT_SOLVER: &str = "implicit_solver";

@@ -8,7 +8,7 @@ use motion::effects::Effect;
 use motion::{Method, Request};
 use scene::{BodySpec, Names, Scene};
 
-use crate::clock::thread_time;
+use crate::clock::{BLOCK_S, thread_time};
 
 /// The results of a study of the effects of a scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,10 +32,6 @@ const WARM_UP: u64 = 5;
 /// How often a block of ticks is measured; the least time counts.
 const ROUNDS: usize = 9;
 
-/// Length of a block of ticks, s: long compared with the resolution of the clock, short compared with the time slices of the
-/// system.
-const BLOCK: f64 = 1e-3;
-
 /// The start of `scene` with the effects of `without` switched off.
 pub(crate) fn started(scene: impl Into<Arc<Scene>>, without: &[Effect]) -> Simulation {
     let mut simulation = Simulation::new(scene);
@@ -58,31 +54,61 @@ fn time(ticks: u64, mut tick: impl FnMut()) -> f64 {
 
 /// Ticks of a block, at most `ticks`, if one takes `tick` seconds.
 fn block_of(tick: f64, ticks: u64) -> u64 {
-    ((BLOCK / tick.max(1e-9)) as u64).clamp(1, ticks.max(1))
+    ((BLOCK_S / tick.max(1e-9)) as u64).clamp(1, ticks.max(1))
 }
 
-/// Least thread CPU time of a tick of `scene` in each of `variants`, ns, over blocks of at most `ticks` ticks. A variant
-/// is the list of effects that are switched off.
+/// Least thread CPU time of a tick of a scene in each of several variants, in blocks. A variant is the list of effects that are
+/// switched off.
 ///
 /// Every block starts from the same state, and blocks of all variants take turns, so that other load of the machine
 /// affects all of them alike.
-pub(crate) fn step_times(scene: &Scene, variants: &[Vec<Effect>], ticks: u64) -> Vec<f64> {
-    let scene = Arc::new(scene.clone());
-    let tick_time = |without: &[Effect], ticks| {
-        let mut simulation = started(Arc::clone(&scene), without);
-        simulation.run(WARM_UP);
-        time(ticks, || simulation.tick())
-    };
-    let ticks = ticks.max(1);
-    let first = tick_time(&[], ticks.min(10));
-    let block = block_of(first, ticks);
-    let mut least = vec![f64::INFINITY; variants.len()];
-    for _ in 0..ROUNDS {
-        for (least, without) in least.iter_mut().zip(variants) {
-            *least = least.min(tick_time(without, block));
-        }
+pub(crate) struct StepTimes {
+    scene: Arc<Scene>,
+    variants: Vec<Vec<Effect>>,
+    /// Most ticks of a block.
+    most: u64,
+    /// Ticks of a block; 0 before the first one.
+    block: u64,
+    blocks: usize,
+    /// Least time of each variant, s.
+    least: Vec<f64>,
+}
+
+impl StepTimes {
+    pub fn new(scene: &Scene, variants: Vec<Vec<Effect>>, ticks: u64) -> Self {
+        let least = vec![f64::INFINITY; variants.len()];
+        let scene = Arc::new(scene.clone());
+        Self { scene, variants, most: ticks.max(1), block: 0, blocks: 0, least }
     }
-    least.into_iter().map(|seconds| seconds * 1e9).collect()
+
+    /// Times the next block. Returns whether it was the last one.
+    pub fn time_block(&mut self) -> bool {
+        let tick_time = |without: &[Effect], ticks| {
+            let mut simulation = started(Arc::clone(&self.scene), without);
+            simulation.run(WARM_UP);
+            time(ticks, || simulation.tick())
+        };
+        if self.block == 0 {
+            self.block = block_of(tick_time(&[], self.most.min(10)), self.most);
+        } else {
+            let place = self.blocks % self.variants.len();
+            let time = tick_time(&self.variants[place], self.block);
+            self.least[place] = self.least[place].min(time);
+            self.blocks += 1;
+        }
+        self.blocks >= ROUNDS * self.variants.len()
+    }
+
+    /// The times of all variants, ns, once all blocks are timed.
+    pub fn all_ns(mut self) -> Vec<f64> {
+        while !self.time_block() {}
+        self.ns()
+    }
+
+    /// The times so far, ns.
+    pub fn ns(&self) -> Vec<f64> {
+        self.least.iter().map(|seconds| seconds * 1e9).collect()
+    }
 }
 
 /// Ticks before a watch is measured. The first ticks may begin a look, which keeps a ledger for at most as many

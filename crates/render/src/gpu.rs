@@ -1,7 +1,10 @@
 //! Finds a graphics adapter, real or software, and opens it.
 
 use std::fmt;
+use std::pin::pin;
+use std::sync::mpsc::Receiver;
 use std::sync::{Arc, OnceLock};
+use std::task::{Context, Poll, Waker};
 
 use wgpu::{
     Backends, Instance, InstanceDescriptor, PowerPreference, RequestAdapterOptions, Surface,
@@ -76,13 +79,12 @@ impl Gpu {
         })
     }
 
-    /// Opens an adapter that can draw into `window`, and the window's surface. `display` is the window system's own
-    /// handle (winit: `Box::new(event_loop.owned_display_handle())`), without which OpenGL finds no surface.
+    /// Opens an adapter of `instance` that can draw into `window`, and the window's surface. On a desktop, `instance` needs the
+    /// window system's own handle (winit: `Box::new(event_loop.owned_display_handle())`), without which OpenGL finds no surface.
     pub async fn for_window(
+        instance: Instance,
         window: impl Into<wgpu::SurfaceTarget<'static>>,
-        display: Box<dyn wgpu::wgt::WgpuHasDisplayHandle>,
     ) -> Result<(Self, Surface<'static>), RenderError> {
-        let instance = Instance::new(InstanceDescriptor::new_with_display_handle_from_env(display));
         let surface = match instance.create_surface(window) {
             Ok(surface) => surface,
             // Without any adapter, creating the surface fails first, and its message would mislead the reader.
@@ -134,21 +136,27 @@ impl Gpu {
     /// # Errors
     /// If it cannot be read; the error is wgpu's message.
     pub fn read_buffer(&self, buffer: &wgpu::Buffer) -> Result<Vec<u8>, String> {
-        let (sender, receiver) = std::sync::mpsc::channel();
+        let reading = self.begin_reading(buffer)?;
+        self.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|error| error.to_string())?;
+        reading.bytes().ok_or("the device did not come to an end")?
+    }
+
+    /// Begins to copy out the bytes of a buffer that can be mapped, once all submitted work is done.
+    ///
+    /// # Errors
+    /// As [`Gpu::read_buffer`].
+    pub fn begin_reading(&self, buffer: &wgpu::Buffer) -> Result<Reading, String> {
+        let (sender, mapped) = std::sync::mpsc::channel();
         // A buffer of a lost device is invalid.
         let scope = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
         buffer.map_async(wgpu::MapMode::Read, .., move |result| {
-            // The receiver is gone only if the wait below has failed, which is reported there.
+            // The receiver is gone only if nothing waits for the bytes any more.
             let _ = sender.send(result);
         });
-        if let Some(error) = caught(scope) {
-            return Err(error.to_string());
+        match caught(scope) {
+            Some(error) => Err(error.to_string()),
+            None => Ok(Reading { buffer: buffer.clone(), mapped }),
         }
-        self.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|error| error.to_string())?;
-        receiver.recv().map_err(|error| error.to_string())?.map_err(|error| error.to_string())?;
-        let bytes = buffer.get_mapped_range(..).map_err(|error| error.to_string())?.to_vec();
-        buffer.unmap();
-        Ok(bytes)
     }
 
     async fn open(instance: Instance, adapter: wgpu::Adapter) -> Result<Self, RenderError> {
@@ -176,6 +184,27 @@ impl Gpu {
             let _ = notes.set(why);
         });
         Ok(Self { instance, adapter, device, queue, info, lost })
+    }
+}
+
+/// A buffer whose bytes are being copied out.
+pub struct Reading {
+    buffer: wgpu::Buffer,
+    mapped: Receiver<Result<(), wgpu::BufferAsyncError>>,
+}
+
+impl Reading {
+    /// The bytes, once; `None` before they are there, for which [`Gpu::check`] has to be called.
+    pub fn bytes(&self) -> Option<Result<Vec<u8>, String>> {
+        let mapped = self.mapped.try_recv().ok()?.map_err(|error| error.to_string());
+        Some(mapped.and_then(|()| {
+            let view = self.buffer.get_mapped_range(..).map_err(|error| error.to_string())?;
+            let bytes = view.to_vec();
+            // A buffer must not be unmapped while it is looked at.
+            drop(view);
+            self.buffer.unmap();
+            Ok(bytes)
+        }))
     }
 }
 
@@ -208,7 +237,11 @@ async fn chosen_adapter(
     chosen.map_err(|error| RenderError::NoAdapter { detail: error.to_string() })
 }
 
-/// The error that a scope of errors has caught. Waits for the device, which has it at once on a desktop.
+/// The error that a scope of errors has caught. It is there at once, except that WebGPU in a page tells later, when no caller can
+/// wait for it.
 pub fn caught(scope: wgpu::ErrorScopeGuard) -> Option<wgpu::Error> {
-    pollster::block_on(scope.pop())
+    match pin!(scope.pop()).poll(&mut Context::from_waker(Waker::noop())) {
+        Poll::Ready(error) => error,
+        Poll::Pending => None,
+    }
 }

@@ -6,7 +6,8 @@
 //!   and `panels` draw cloth and jelly, translucent bodies and egui's triangles.
 //! - [`Layer`]: what another crate draws into a frame.
 //! - [`Gpu`]: an adapter, real or software. [`Quality`]: how much work a picture may cost.
-//! - [`Offscreen`] and [`WindowTarget`]: where the view comes from, a texture or a swap chain.
+//! - [`Offscreen`] and [`WindowTarget`]: where the view comes from, a texture or a swap chain. [`Screen`]: a swap chain with all that
+//!   draws into it.
 //! - [`Image`], [`Film`] and [`Gif`]: a picture in memory and as a PNG file, and pictures as an animated PNG or GIF.
 //! - [`RenderError`]: what went wrong, and what to do.
 //!
@@ -29,6 +30,7 @@ mod panels;
 mod pipelines;
 mod quality;
 mod renderer;
+mod screen;
 mod shadow;
 mod surface;
 mod surfaces;
@@ -42,7 +44,7 @@ pub use frame::{
     CHECKER, Camera, Frame, Ground, Instance, Light, OUTLINED, Panels, Particle, Sprite,
     Translucent,
 };
-pub use gpu::{AdapterSummary, Gpu, caught};
+pub use gpu::{AdapterSummary, Gpu, Reading, caught};
 pub use image::Image;
 pub use layer::{Canvas, Kept, Layer};
 pub use lines::Line;
@@ -50,6 +52,7 @@ pub use offscreen::{OFFSCREEN_FORMAT, Offscreen};
 pub use pipelines::{layout as pipeline_layout, module as shader_module, uniform};
 pub use quality::Quality;
 pub use renderer::Renderer;
+pub use screen::Screen;
 pub use surface::{Surface, SurfaceVertex};
 pub use target::{WindowFrame, WindowTarget};
 

@@ -1,6 +1,6 @@
 //! Draws a picture without a window and copies it to memory.
 
-use crate::{Gpu, Image, RenderError};
+use crate::{Gpu, Image, Reading, RenderError};
 
 /// Format of pictures without a window. Neither this nor that of a window is an sRGB format: the shaders encode gamma
 /// themselves and panels are blended as egui expects, so both give the same bytes.
@@ -71,7 +71,24 @@ impl Offscreen {
 
     /// Waits for all submitted work and copies the picture out.
     pub fn read(&self, gpu: &Gpu) -> Result<Image, RenderError> {
-        let failed = |detail: String| RenderError::ReadBack { detail };
+        self.copy(gpu);
+        let bytes = gpu.read_buffer(&self.buffer);
+        Ok(self.image(&bytes.map_err(|detail| RenderError::ReadBack { detail })?))
+    }
+
+    /// Begins to copy the picture out, for [`Offscreen::finish_reading`].
+    pub fn begin_reading(&self, gpu: &Gpu) -> Result<Reading, RenderError> {
+        self.copy(gpu);
+        gpu.begin_reading(&self.buffer).map_err(|detail| RenderError::ReadBack { detail })
+    }
+
+    /// The picture, if it is there.
+    pub fn finish_reading(&self, reading: &Reading) -> Option<Result<Image, RenderError>> {
+        let bytes = reading.bytes()?.map_err(|detail| RenderError::ReadBack { detail });
+        Some(bytes.map(|bytes| self.image(&bytes)))
+    }
+
+    fn copy(&self, gpu: &Gpu) {
         let mut encoder = gpu
             .device
             .create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("read back") });
@@ -88,8 +105,10 @@ impl Offscreen {
             self.texture.size(),
         );
         gpu.queue.submit([encoder.finish()]);
+    }
 
-        let bytes = gpu.read_buffer(&self.buffer).map_err(failed)?;
+    /// The picture of those bytes of the buffer.
+    fn image(&self, bytes: &[u8]) -> Image {
         let row_bytes = self.size_px[0] as usize * 4;
         let mut rgba = Vec::with_capacity(row_bytes * self.size_px[1] as usize);
         for row in bytes.chunks_exact(self.bytes_per_row as usize) {
@@ -103,6 +122,6 @@ impl Offscreen {
             }
             pixel[3] = 255;
         }
-        Ok(Image { size_px: self.size_px, rgba })
+        Image { size_px: self.size_px, rgba }
     }
 }

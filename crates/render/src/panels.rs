@@ -1,9 +1,12 @@
 //! Paints egui's triangles over a finished picture.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use egui::epaint::{ImageData, ImageDelta, Primitive, Vertex};
-use egui::{ClippedPrimitive, TextureFilter, TextureId, TextureOptions, TextureWrapMode};
+use egui::{
+    ClippedPrimitive, ColorImage, TextureFilter, TextureId, TextureOptions, TextureWrapMode,
+};
 use wgpu::{BindGroup, BindGroupLayout, Device, VertexBufferLayout};
 
 use crate::buffers::InstanceBuffer;
@@ -33,10 +36,12 @@ pub(crate) struct PanelPainter {
     gathered_indices: Vec<u32>,
 }
 
-/// An image of egui on the adapter.
+/// An image of egui on the adapter, and in memory for the next one, if this is lost: egui sends it once.
 struct Loaded {
     texture: wgpu::Texture,
     group: BindGroup,
+    image: Arc<ColorImage>,
+    options: TextureOptions,
 }
 
 impl PanelPainter {
@@ -106,11 +111,14 @@ impl PanelPainter {
         let [width, height] = image.size.map(|side| side as u32);
         let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
         if delta.pos.is_none() {
-            self.images
-                .insert(id, Loaded::new(&gpu.device, &self.image_layout, size, delta.options));
+            let loaded = Loaded::new(&gpu.device, &self.image_layout, size, delta);
+            self.images.insert(id, loaded);
         }
         // A change of an image that was never sent is ignored.
-        let Some(Loaded { texture, .. }) = self.images.get(&id) else { return };
+        let Some(Loaded { texture, image: kept, .. }) = self.images.get_mut(&id) else { return };
+        if let Some(place) = delta.pos {
+            replace(Arc::make_mut(kept), image, place);
+        }
         let [x, y] = delta.pos.unwrap_or_default().map(|side| side as u32);
         gpu.queue.write_texture(
             wgpu::TexelCopyTextureInfo {
@@ -125,6 +133,13 @@ impl PanelPainter {
             },
             size,
         );
+    }
+
+    /// Uploads the images that `lost` had on another device.
+    pub fn take_images(&mut self, gpu: &Gpu, lost: Self) {
+        for (id, Loaded { image, options, .. }) in lost.images {
+            self.update_texture(gpu, id, &ImageDelta::full(image, options));
+        }
     }
 
     /// Drops the textures that are not used after this frame.
@@ -202,8 +217,9 @@ impl Loaded {
         device: &Device,
         layout: &BindGroupLayout,
         size: wgpu::Extent3d,
-        options: TextureOptions,
+        delta: &ImageDelta,
     ) -> Self {
+        let (ImageData::Color(image), options) = (&delta.image, delta.options);
         let texture = device.create_texture(&wgpu::TextureDescriptor {
             label: Some("image of panels"),
             size,
@@ -246,7 +262,16 @@ impl Loaded {
                 },
             ],
         });
-        Self { texture, group }
+        Self { texture, group, image: Arc::clone(image), options }
+    }
+}
+
+/// Puts `part` into `image`, with its corner at the pixel `x`, `y`.
+fn replace(image: &mut ColorImage, part: &ColorImage, [x, y]: [usize; 2]) {
+    let width = image.size[0];
+    for (row, pixels) in part.pixels.chunks_exact(part.size[0].max(1)).enumerate() {
+        let start = (y + row) * width + x;
+        image.pixels[start..start + pixels.len()].copy_from_slice(pixels);
     }
 }
 

@@ -134,6 +134,11 @@ impl Renderer {
         }
     }
 
+    /// Takes over what was sent only once to a renderer whose device is lost.
+    pub fn replace(&mut self, gpu: &Gpu, lost: Self) {
+        self.panels.take_images(gpu, lost.panels);
+    }
+
     /// The quality in use: the requested one, limited to what the adapter supports.
     pub fn quality(&self) -> Quality {
         self.quality

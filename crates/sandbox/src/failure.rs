@@ -4,6 +4,7 @@ use std::fmt;
 use std::path::Path;
 
 use cockpit::Refused;
+use cockpit::app::pupil::Unplayed;
 use render::RenderError;
 use scene::SceneError;
 
@@ -97,6 +98,15 @@ impl fmt::Display for Failure {
 impl From<SceneError> for Failure {
     fn from(error: SceneError) -> Self {
         Self::Usage(error.to_string())
+    }
+}
+
+impl From<Unplayed> for Failure {
+    fn from(unplayed: Unplayed) -> Self {
+        match unplayed {
+            Unplayed::Unreadable(what) => Self::Usage(what),
+            Unplayed::Wrong(what) => Self::Expectation(what),
+        }
     }
 }
 

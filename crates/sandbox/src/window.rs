@@ -2,14 +2,12 @@
 
 mod display;
 mod drafts;
-mod keys;
 mod pointer;
 mod program;
 mod recorder;
 mod remembered;
 mod screen;
 mod shell;
-mod speed;
 mod wheel;
 
 use std::ffi::OsString;
@@ -116,7 +114,7 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
         shell.arrangement =
             Some(if shows_card { FIRST_START.to_owned() + &left } else { left.clone() });
         shell.arranged = remembers.then_some(left);
-        shell.opened = true;
+        shell.frames.opened = true;
     }
     if remembers {
         let left = shell.drafts.left_behind().into_iter().next();

@@ -365,10 +365,16 @@ pub fn load(name_or_path: &str) -> Result<Lesson, SceneError> {
     Lesson::parse(name_or_path, &read_text(path)?)
 }
 
-/// Whether the file at `path` is a lesson and not a scene: it has steps and a title, whatever else is wrong with it.
+/// Whether `text` is that of a lesson and not of a scene: it has steps and a title, whatever else is wrong with it.
+#[must_use]
+pub fn is_text(text: &str) -> bool {
+    raw::is_lesson(text)
+}
+
+/// Whether the file at `path` is a [lesson](is_text).
 #[must_use]
 pub fn is_file(path: &Path) -> bool {
-    read_text(path).is_ok_and(|text| raw::is_lesson(&text))
+    read_text(path).is_ok_and(|text| is_text(&text))
 }
 
 /// Whether that is the name of a lesson in the program, and not the path of a file.

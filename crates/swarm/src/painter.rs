@@ -43,12 +43,16 @@ fn painter(kept: &Kept) -> Option<&SwarmPainter> {
 
 impl Layer for SwarmLayer {
     fn prepare(&self, gpu: &Gpu, canvas: &Canvas<'_>, kept: &mut Kept) {
+        let fits = |drawn: &DrawnSwarm| Swarms::check(gpu, drawn.swarm.slots()).is_ok();
+        if !self.0.iter().all(fits) {
+            *kept = None;
+            return;
+        }
         let mut painter = match kept.take().map(|kept| kept.downcast()) {
             Some(Ok(painter)) => painter,
             _ => Box::new(SwarmPainter::new(gpu, canvas)),
         };
-        let fits = |drawn: &DrawnSwarm| Swarms::check(gpu, drawn.swarm.slots()).is_ok();
-        painter.follow(gpu, if self.0.iter().all(fits) { &self.0 } else { &[] });
+        painter.follow(gpu, &self.0);
         *kept = Some(painter);
     }
 

@@ -1,5 +1,7 @@
 //! Saves the arrangement of the panels as text, and restores it.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use crate::actions::Act;
 use crate::app::ui::Ui;
 use crate::panels::{PANELS, Tab};
@@ -8,7 +10,7 @@ use crate::tools::learn::Learn;
 const DOCK_WIDTH: &str = "dock_width";
 const DOCK_TAB: &str = "dock_tab";
 /// First word of a line that names a finished lesson.
-pub const LESSON_DONE: &str = "lesson_done";
+const LESSON_DONE: &str = "lesson_done";
 
 const WELCOME: &str = "welcome";
 
@@ -93,4 +95,47 @@ fn switches(ui: &Ui) -> Vec<(Act, bool)> {
     ];
     let panels = PANELS.iter().map(|(panel, _)| *panel).filter(|panel| !panel.is_transient());
     parts.into_iter().chain(panels.map(|panel| (Act::Panel(panel), ui.shows(panel)))).collect()
+}
+
+/// The lines of `there`, with those replaced that differ between `before` and `now`: what another session changed meanwhile stays.
+#[must_use]
+pub fn with_changes(there: &str, before: &str, now: &str) -> String {
+    // A key has one line, except that each lesson has its own.
+    let key = |line: &'_ str| match line.split_once(' ') {
+        Some((key, _)) if key != LESSON_DONE => key.to_owned(),
+        _ => line.to_owned(),
+    };
+    let only = |one: &str, other: &str| -> BTreeSet<String> {
+        one.lines().filter(|line| !other.lines().any(|other| other == *line)).map(key).collect()
+    };
+    let (gone, new) = (only(before, now), only(now, before));
+    let changed: BTreeMap<_, _> =
+        now.lines().filter(|line| new.contains(&key(line))).map(|line| (key(line), line)).collect();
+    let kept = there.lines().filter(|line| !gone.contains(&key(line)) || new.contains(&key(line)));
+    let replaced = kept.map(|line| changed.get(&key(line)).copied().unwrap_or(line));
+    let has = |line: &str| there.lines().any(|other| key(other) == key(line));
+    let added = now.lines().filter(|line| new.contains(&key(line)) && !has(line));
+    replaced.chain(added).map(|line| format!("{line}\n")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_arrangement_changes_only_what_its_window_changed() {
+        let there = "toggle_dock on\ntoggle_theme on\nlesson_done force\nlesson_done mass\n";
+        // The window read it when the theme was dark and one lesson was done.
+        let before = "toggle_dock on\ntoggle_theme off\nlesson_done force\ndock_width 300\n";
+        let now = "toggle_dock off\ntoggle_theme off\nlesson_done force\nlesson_done gravity\n";
+        let all = "toggle_dock off\ntoggle_theme on\nlesson_done force\nlesson_done mass\nlesson_done gravity\n";
+        assert_eq!(with_changes(there, before, now), all);
+        assert_eq!(with_changes(there, now, now), there);
+        assert_eq!(with_changes("", "", now), now);
+        assert_eq!(
+            with_changes("dock_width 300\n", before, now).lines().count(),
+            2,
+            "it is the usual again"
+        );
+    }
 }

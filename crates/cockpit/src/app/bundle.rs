@@ -8,6 +8,7 @@ use history::{
 use crate::app::session::Session;
 use crate::refused::Refused;
 use crate::stage::Stage;
+use crate::stage::notices::Topic;
 use crate::stage::options::Options;
 use crate::stage::recorder::Recorder;
 
@@ -92,6 +93,21 @@ impl Session {
         let watch = Watch::resume(session.stage.sim(), end.watch.energy());
         session.stage.resume(Recorder::opened(timeline, watch, fault), end);
         Ok((session, repetition))
+    }
+
+    /// Goes to the last good tick before the fault, if there is one. Tells the person what differs from the recording in the file
+    /// `name`.
+    pub fn show_repetition(&mut self, name: &str, repetition: &Repetition, then: &Manifest) {
+        self.rewind_before_fault();
+        let notices = &mut self.stage.notices;
+        let differences = repetition.differences(then);
+        if !differences.is_empty() {
+            let what = format!("{name} does not repeat: {}", differences.join("; "));
+            notices.say(Topic::Other, what);
+        }
+        if let Some(fault) = &repetition.fault {
+            notices.say(Topic::Other, fault.to_string());
+        }
     }
 }
 

@@ -186,7 +186,7 @@ impl Cockpit {
         self.lay_out_part(Part::Toolbar, bar.response.rect, &bar.inner);
         Side::bottom("hints")
             .frame(bare)
-            .show(root, |ui| hints::show(ui, stage, view, &tools.editor));
+            .show(root, |ui| hints::show(ui, stage, view, &tools.editor, intents));
         if browses {
             let side = Side::left("scenes").frame(bare).resizable(false).exact_size(BROWSER);
             let here = (&*stage.sim().scene.name, stage.files.all());

@@ -9,6 +9,8 @@ use crate::input::TouchPhase;
 pub(crate) enum Gesture {
     /// The pointer moves to a place, by that way.
     Move { to: DVec2, by: DVec2 },
+    /// A finger has rested for long: the right button goes down and comes up.
+    Hold,
     /// The left button goes down.
     Press,
     /// The left button comes up.
@@ -37,18 +39,38 @@ enum Doing {
     Ends,
 }
 
+/// Time after which a finger that rests is a click of the right button, s.
+const HOLD_S: f64 = 0.5;
+
 /// The fingers on the screen.
 #[derive(Default)]
 pub(crate) struct Fingers {
     /// Numbers and places, at most two, in the order in which they came down.
     down: Vec<(u64, DVec2)>,
     doing: Doing,
+    /// Time for which the first finger has waited, s.
+    waited: f64,
 }
 
 impl Fingers {
     /// Whether a finger is on the screen.
     pub const fn any(&self) -> bool {
         !self.down.is_empty()
+    }
+
+    /// Whether a finger rests that will become a click of the right button.
+    pub fn waits(&self) -> bool {
+        self.any() && self.doing == Doing::Waits
+    }
+
+    /// What the fingers do because `seconds` have passed.
+    pub fn rest(&mut self, seconds: f64) -> Option<Gesture> {
+        self.waited += seconds;
+        let held = self.waits() && self.waited >= HOLD_S;
+        held.then(|| {
+            self.doing = Doing::Ends;
+            Gesture::Hold
+        })
     }
 
     /// The middle of the fingers and the distance between two, pixels.
@@ -73,6 +95,7 @@ impl Fingers {
         match (phase, place) {
             (TouchPhase::Down, None) if self.down.is_empty() => {
                 self.down.push((finger, at));
+                self.waited = 0.0;
                 self.doing = if on_panel { Doing::Presses } else { Doing::Waits };
                 if on_panel { vec![Gesture::Press] } else { Vec::new() }
             }

@@ -85,10 +85,13 @@ impl Hands {
             Input::Text(text) if reach.ui.takes_text() => reach.ui.text(text),
             Input::Compose(text) if reach.ui.takes_text() => reach.ui.compose(text),
             Input::Assist(request) => reach.ui.assist(request),
-            Input::Mouse(x, y) => match reach.view.mode {
-                Mode::Camera => reach.view.camera.look(*x, *y),
-                Mode::Selection => self.move_pointer(DVec2::new(*x, *y), &mut reach),
-            },
+            Input::Mouse(x, y) => {
+                reach.view.by_finger = false;
+                match reach.view.mode {
+                    Mode::Camera => reach.view.camera.look(*x, *y),
+                    Mode::Selection => self.move_pointer(DVec2::new(*x, *y), &mut reach),
+                }
+            }
             Input::Touch(finger, phase, x, y) => {
                 return self.touch(*finger, *phase, DVec2::new(*x, *y), reach);
             }
@@ -150,6 +153,7 @@ impl Hands {
         mut reach: Reach<'_>,
     ) -> Vec<Intent> {
         reach.ui.touch(finger, phase, at);
+        reach.view.by_finger = true;
         let looks = reach.view.mode == Mode::Camera;
         if phase == TouchPhase::Down {
             self.pivot = None;
@@ -169,6 +173,11 @@ impl Hands {
         match gesture {
             Gesture::Move { by, .. } if looks => view.camera.look(by.x, by.y),
             Gesture::Move { to, .. } => self.move_pointer(to, &mut reach),
+            Gesture::Hold => {
+                let mut intents = self.button_down(Button::Right, reach.again());
+                intents.extend(self.button_up(Button::Right, reach));
+                return intents;
+            }
             Gesture::Press => return self.button_down(Button::Left, reach),
             Gesture::Release => {
                 let intents = self.button_up(Button::Left, reach.again());
@@ -226,7 +235,7 @@ impl Hands {
         } else if notches.is_finite() {
             match moves_camera && !pushes && !self.held.changes_force() {
                 true => view.zoom(stage, notches),
-                false => view.click_force += notches * stage.sim().scene.push_spec().per_notch,
+                false => view.turn_force(stage, notches),
             }
         }
     }
@@ -295,8 +304,10 @@ impl Hands {
     }
 
     /// Flies the camera by held keys, selects by a held button, and aims the pull at the pointer. Call it once per frame.
-    pub fn steer(&mut self, seconds: f64, mut reach: Reach<'_>) {
+    pub fn steer(&mut self, seconds: f64, mut reach: Reach<'_>) -> Vec<Intent> {
         self.at = None;
+        let held = self.fingers.rest(seconds);
+        let intents = held.map(|held| self.gesture(held, reach.again())).unwrap_or_default();
         let flight = self.held.flight(seconds);
         let Reach { view, .. } = &mut reach;
         if view.mode == Mode::Camera && view.locked.is_none() {
@@ -309,6 +320,12 @@ impl Hands {
         if let Some(pull) = stage.pull_mut() {
             pull.toward = view.pulled_toward(pull.depth);
         }
+        intents
+    }
+
+    /// Whether something changes while the hands rest.
+    pub fn act_by_themselves(&self) -> bool {
+        !self.held.is_empty() || self.fingers.waits()
     }
 
     /// Sets the pushes of keys for the tick that ends at `due`, s of frame time, known to within `nearly` s.

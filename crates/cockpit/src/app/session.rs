@@ -105,7 +105,8 @@ impl Session {
         input.events.iter().for_each(|event| self.handle(event));
         self.play_frame(time);
         self.play_tick();
-        self.with_hands(|hands, reach| hands.steer(time.length(), reach));
+        let intents = self.with_hands(|hands, reach| hands.steer(time.length(), reach));
+        intents.into_iter().for_each(|intent| self.carry_out(intent));
         if self.hands.held.pushing() > pushing && self.stage.selection().is_some() {
             self.stage.give_up_seek();
         }
@@ -296,10 +297,12 @@ impl Session {
             Intent::Refuse(why) => self.stage.notices.refuse(Topic::Other, why),
             Intent::ApplySetting(setting) => self.choose(setting),
             Intent::Pace(pace) => self.set_pace(pace),
+            Intent::TurnForce(notches) => self.view.turn_force(&self.stage, notches),
             Intent::Seek(tick) => self.stage.begin_seek(tick),
             Intent::SaveBundle => self.save_bundle(),
             Intent::SaveTable(text) => self.stage.orders.push(Order::Table(text)),
             Intent::Open(scene) => self.leave(Order::Open(scene)),
+            Intent::OpenLesson(name) => self.leave(Order::Lesson(name)),
             Intent::Restart(scene, select) => self.restart_with(*scene, select.as_deref()),
             Intent::Ask(question) => self.ask(question),
             Intent::Answer(answer) => self.answer(answer),
@@ -721,7 +724,8 @@ impl Session {
     pub fn changes_in_s(&mut self) -> f64 {
         let works = self.tools.each().any(|(panel, tool)| self.ui.shows(panel) && tool.works());
         let plays = self.player.as_ref().is_some_and(|player| !player.finished());
-        let does = plays || works || !self.hands.held.is_empty() || !self.stage.orders.is_empty();
+        let does =
+            plays || works || self.hands.act_by_themselves() || !self.stage.orders.is_empty();
         if does || !self.stage.playback().paused() || self.stage.recorder().is_seeking() {
             return 0.0;
         }

@@ -397,10 +397,12 @@ impl Tool for Editor {
             | Intent::Refuse(_)
             | Intent::ApplySetting(_)
             | Intent::Pace(_)
+            | Intent::TurnForce(_)
             | Intent::Seek(_)
             | Intent::SaveBundle
             | Intent::SaveTable(_)
             | Intent::Open(_)
+            | Intent::OpenLesson(_)
             | Intent::Restart(..)
             | Intent::Ask(_)
             | Intent::Answer(_) => return None,

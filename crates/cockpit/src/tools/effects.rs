@@ -5,8 +5,10 @@ mod state;
 
 use egui::{Align2, Ui};
 
+use crate::clock::FrameTime;
 use crate::stage::Stage;
 use crate::tools::tool::{Anchor, Desk, Tool};
+use crate::view::View;
 
 pub use state::{ENERGY_WATCH, Effects, picture_rows};
 
@@ -17,9 +19,19 @@ impl Tool for Effects {
 
     fn show(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
         let rows = self.receipt(desk.stage, desk.view);
-        if panel::show(ui, desk, &rows) {
+        if panel::show(ui, desk, &rows, self.measures()) {
             self.measure(desk.stage);
         }
+    }
+
+    fn after_ticks(&mut self, stage: &mut Stage, _: &View, open: bool, _: FrameTime) {
+        if open {
+            self.continue_measuring(stage);
+        }
+    }
+
+    fn works(&self) -> bool {
+        self.measures()
     }
 
     /// Counts evaluations per step from here on: earlier counts are of another world.

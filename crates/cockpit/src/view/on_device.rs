@@ -2,8 +2,10 @@
 
 use std::sync::Arc;
 
-use scene::{Appearance, FileIndex, PointRadius};
-use swarm::{DrawnSwarm, Swarm, SwarmLayer, SwarmLog, SwarmLook};
+use render::Gpu;
+use report::numbers::long_duration;
+use scene::{Appearance, FileIndex, PointRadius, Scene};
+use swarm::{DrawnSwarm, Swarm, SwarmError, SwarmLayer, SwarmLog, SwarmLook, Swarms};
 
 use crate::stage::Stage;
 use crate::view::View;
@@ -55,4 +57,39 @@ fn drawn(stage: &Stage, seen: impl Fn(glam::DVec3) -> [f32; 3], back: f64) -> Ve
     let mut found: Vec<_> = drawn.collect();
     found.sort_by_key(|(index, _)| *index);
     found.into_iter().map(|(_, swarm)| swarm).collect()
+}
+
+/// Checks that the adapter can hold the particles of `scene`.
+///
+/// # Errors
+/// If it cannot, with the words for a person.
+pub fn check(gpu: &Gpu, scene: &Scene) -> Result<(), (SwarmError, String)> {
+    scene.on_device().try_for_each(|(i, emitter)| {
+        Swarms::check(gpu, emitter.particles_on_device() as u64).map_err(|error| {
+            let what = format!("{}: emitters[{i}].on: {error}", scene.name);
+            (error, what)
+        })
+    })
+}
+
+/// Estimated time per particle of a picture that is drawn in software, s: measured by `--bench frames` on two cores.
+const DRAWN_IN_SOFTWARE_S: f64 = 0.8e-6;
+
+/// Time of a picture of particles above which it is announced, s.
+const SLOW_S: f64 = 0.1;
+
+/// A warning, with a cure, if pictures of the particles of `scene` take long because they are drawn in software.
+#[must_use]
+pub fn slow_words(gpu: &Gpu, scene: &Scene) -> Option<String> {
+    let particles = scene.particles_on_device();
+    #[expect(clippy::cast_precision_loss, reason = "millions of particles")]
+    let seconds = particles as f64 * DRAWN_IN_SOFTWARE_S;
+    let [all, tenth] = [seconds, seconds / 10.0].map(long_duration);
+    (gpu.info.software && seconds > SLOW_S).then(|| {
+        format!(
+            "{}: this machine draws in software, and a picture of {particles} particles takes about {all}; with a tenth of \
+             `rate_per_s` and `capacity` it takes {tenth}",
+            scene.name
+        )
+    })
 }

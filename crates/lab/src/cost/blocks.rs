@@ -1,8 +1,7 @@
 //! Thread CPU time of runs, block by block and in turns with a yardstick.
 //!
-//! A run is cut into blocks of about a millisecond: long compared with the resolution of the clock, short compared
-//! with the time slices of the system. It is repeated, and the least time of each block counts: a disturbance rarely
-//! hits the same block every time. Other settings run between two runs of the same setting.
+//! A run is cut into short blocks. It is repeated, and the least time of each block counts: a disturbance rarely hits the same block
+//! every time. Other settings run between two runs of the same setting.
 //!
 //! Whole runs are timed, because ticks of one run differ: conjugate gradients take few iterations on a flag at rest and
 //! hundreds on one in the wind.
@@ -10,10 +9,7 @@
 use std::hint::black_box;
 
 use super::runner::Runner;
-use crate::clock::Clock;
-
-/// Least length of a block, s.
-const BLOCK: f64 = 1e-3;
+use crate::clock::{BLOCK_S, Clock};
 
 /// The times of one setting over all passes.
 #[derive(Clone, Debug, Default)]
@@ -38,7 +34,7 @@ impl Trial {
             run.tick();
             let tick = (clock() - start).max(1e-9);
             let fit = |seconds: f64| ((seconds / tick) as u64).clamp(1, ticks.max(1));
-            self.block = fit(BLOCK);
+            self.block = fit(BLOCK_S);
             self.ticks = fit(longest).next_multiple_of(self.block);
         } else {
             run.tick();

@@ -1,7 +1,7 @@
 //! `sandbox lessons`: the lessons in the program, and a lesson played by its own solution and by wrong ones.
 
+pub(super) mod demonstration;
 mod pages;
-pub(super) mod pupil;
 
 use std::path::PathBuf;
 
@@ -9,10 +9,11 @@ use clap::{Args, Subcommand};
 use report::aligned;
 use scene::lesson::{Lesson, shipped};
 
-use self::pupil::check;
 use crate::failure::Failure;
 use crate::output::command_files::CommandFiles;
+use crate::output::progress::Waiting;
 use crate::output::show;
+use cockpit::app::pupil::check;
 
 pub(super) const EXAMPLES: &str = "\
 Examples:
@@ -48,7 +49,13 @@ enum What {
 pub(crate) fn run(args: &LessonsArgs) -> Result<(), Failure> {
     let mut files = CommandFiles::default();
     match (&args.what, &args.html) {
-        (Some(What::Check { lesson }), _) => show(&check(&files.lesson(lesson)?)?),
+        (Some(What::Check { lesson }), _) => {
+            let lesson = files.lesson(lesson)?;
+            let waiting = Waiting::begin("playing the lesson");
+            let report = check(&lesson)?;
+            drop(waiting);
+            show(&report)
+        }
         (None, Some(folder)) => {
             let lessons = args
                 .lessons

@@ -13,7 +13,7 @@ use scene::Scene;
 use crate::args::{
     SceneName, StepArgs, above_0, damping, effect, once, positive, rate, size, whole,
 };
-use crate::commands::lessons::pupil::Demonstration;
+use crate::commands::lessons::demonstration::Demonstration;
 use crate::failure::Failure;
 use crate::output::command_files::CommandFiles;
 use crate::output::orders::carry_out;

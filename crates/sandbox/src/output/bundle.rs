@@ -9,12 +9,11 @@ use render::Image;
 
 use crate::failure::Failure;
 use crate::output::files::{Output, OutputPath, output_file};
-use crate::output::pictures::png;
 use crate::output::progress::progress_bar;
 use cockpit::app::bundle::Repetition;
+use cockpit::app::pictures::png;
 use cockpit::app::session::Session;
 use cockpit::stage::Stage;
-use cockpit::stage::notices::Topic;
 use cockpit::stage::options::Options;
 
 /// Largest file that is read, bytes.
@@ -89,16 +88,6 @@ pub(crate) fn repeated(
 /// Tells the person what differs from the recording.
 pub(crate) fn opened(bundle: &Bundle, name: &str, options: Options) -> Result<Session, Failure> {
     let (mut session, repetition) = repeated(bundle, name, options)?;
-    session.rewind_before_fault();
-    let differences = repetition.differences(&bundle.manifest);
-    if !differences.is_empty() {
-        session
-            .stage
-            .notices
-            .say(Topic::Other, format!("{name} does not repeat: {}", differences.join("; ")));
-    }
-    if let Some(fault) = &repetition.fault {
-        session.stage.notices.say(Topic::Other, fault.to_string());
-    }
+    session.show_repetition(name, &repetition, &bundle.manifest);
     Ok(session)
 }

@@ -1,9 +1,8 @@
 //! Particles on the graphics device without a window: their device, and their part of the summary of a run.
 
 use cockpit::stage::Stage;
-use cockpit::view::on_device::swarms;
+use cockpit::view::on_device::{self, swarms};
 use render::Gpu;
-use report::numbers::long_duration;
 use scene::{BodySpec, Scene};
 use serde_json::{Value, json};
 use swarm::{DrawnSwarm, SwarmError, SwarmLayer, SwarmParticle, SwarmTick, Swarms};
@@ -36,36 +35,9 @@ pub(crate) fn has_particles(scene: &Scene) -> bool {
 
 /// Checks that the adapter can hold the particles of `scene`.
 pub(crate) fn check(gpu: &Gpu, scene: &Scene) -> Result<(), Failure> {
-    for (i, emitter) in scene.on_device() {
-        Swarms::check(gpu, emitter.particles_on_device() as u64).map_err(|error| {
-            let what = format!("{}: emitters[{i}].on: {error}", scene.name);
-            match error {
-                SwarmError::TooLarge { .. } => Failure::Usage(what),
-                SwarmError::NoCompute { .. } => Failure::NoAdapter(what),
-            }
-        })?;
-    }
-    Ok(())
-}
-
-/// Estimated time per particle of a picture that is drawn in software, s: measured by `--bench frames` on two cores.
-const DRAWN_IN_SOFTWARE_S: f64 = 0.8e-6;
-
-/// Time of a picture of particles above which it is announced, s.
-const SLOW_S: f64 = 0.1;
-
-/// A warning, with a cure, if pictures of the particles of `scene` take long because they are drawn in software.
-pub(crate) fn slow_words(gpu: &Gpu, scene: &Scene) -> Option<String> {
-    let particles = scene.particles_on_device();
-    #[expect(clippy::cast_precision_loss, reason = "millions of particles")]
-    let seconds = particles as f64 * DRAWN_IN_SOFTWARE_S;
-    let [all, tenth] = [seconds, seconds / 10.0].map(long_duration);
-    (gpu.info.software && seconds > SLOW_S).then(|| {
-        format!(
-            "{}: this machine draws in software, and a picture of {particles} particles takes about {all}; with a tenth of \
-             `rate_per_s` and `capacity` it takes {tenth}",
-            scene.name
-        )
+    on_device::check(gpu, scene).map_err(|(error, what)| match error {
+        SwarmError::TooLarge { .. } => Failure::Usage(what),
+        SwarmError::NoCompute { .. } => Failure::NoAdapter(what),
     })
 }
 

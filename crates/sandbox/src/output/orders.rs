@@ -65,7 +65,7 @@ pub(crate) fn carry_out(
     session: &mut Session,
     program: &mut dyn Program,
 ) -> Result<bool, Failure> {
-    orders.sort_by_key(|order| matches!(order, Order::Open(_) | Order::Quit | Order::Restore(_)));
+    orders.sort_by_key(|order| order.leaves_scene());
     let mut unsaved = false;
     for order in orders {
         match order {
@@ -95,15 +95,31 @@ pub(crate) fn carry_out(
             }
             Order::Forget(draft) => program.forget(&draft),
             Order::Restore(draft) => program.restore(session, &draft),
-            Order::Open(_) | Order::Quit if unsaved => {}
-            Order::Open(name) => match open(&name, session, program.files()) {
-                Ok(()) => program.opened(session)?,
-                Err(failure) => program.report(session, Err(failure))?,
-            },
+            Order::Open(_) | Order::Lesson(_) | Order::Quit if unsaved => {}
+            Order::Open(name) => {
+                let opened = open(&name, session, program.files());
+                told(opened, session, program)?;
+            }
+            Order::Lesson(name) => {
+                let opened = open_lesson(&name, RunLimit::USUAL, session, program.files());
+                told(opened, session, program)?;
+            }
             Order::Quit => return Ok(true),
         }
     }
     Ok(false)
+}
+
+/// Tells `program` whether another scene was opened.
+fn told(
+    opened: Result<(), Failure>,
+    session: &mut Session,
+    program: &mut dyn Program,
+) -> Result<(), Failure> {
+    match opened {
+        Ok(()) => program.opened(session),
+        Err(failure) => program.report(session, Err(failure)),
+    }
 }
 
 /// The runs of a lesson whose file is opened in a window.
@@ -117,11 +133,22 @@ fn open(name: &str, session: &mut Session, files: &mut CommandFiles) -> Result<(
         session.open(files.scene(name)?);
         return Ok(());
     }
+    open_lesson(name, WHILE_A_WINDOW_WAITS, session, files)?;
+    session.stage.files.note(path);
+    Ok(())
+}
+
+/// Opens a lesson with its scene.
+fn open_lesson(
+    name: &str,
+    limit: RunLimit,
+    session: &mut Session,
+    files: &mut CommandFiles,
+) -> Result<(), Failure> {
     let lesson = files.lesson(name)?;
     let scene = files.scene(&beside(&lesson.name, &lesson.scene))?;
-    let of_runs = run_lesson(&lesson, 1.0, WHILE_A_WINDOW_WAITS)?;
+    let of_runs = run_lesson(&lesson, 1.0, limit)?;
     session.open(scene);
-    session.stage.files.note(path);
     session.begin_lesson(lesson, of_runs);
     Ok(())
 }

@@ -4,8 +4,7 @@ use render::{Gpu, Image, Kept, Layer, Offscreen, Quality, Renderer};
 
 use crate::failure::Failure;
 use crate::output::files::{OutputPath, write};
-use crate::output::report;
-use cockpit::app::bundle::PROGRAM;
+use cockpit::app::pictures::png;
 use cockpit::app::session::Session;
 use cockpit::stage::Stage;
 
@@ -73,23 +72,4 @@ pub(crate) fn write_picture(
     stage: &Stage,
 ) -> Result<(), Failure> {
     write(path, &png(image, stage))
-}
-
-/// A picture as a PNG with the settings that made it.
-pub(crate) fn png(image: &Image, stage: &Stage) -> Vec<u8> {
-    let png = with_settings(stage, |text| image.png(text));
-    png.expect("the keywords are those below, and memory takes every byte")
-}
-
-/// Calls `png` with the settings and the state of a stage, as keyword and value pairs.
-pub(crate) fn with_settings<T>(stage: &Stage, png: impl FnOnce(&[(&str, &str)]) -> T) -> T {
-    let text = [
-        ("Software", PROGRAM.to_owned()),
-        ("Scene", stage.sim().scene.name.clone()),
-        ("Tick", stage.sim().ticks().to_string()),
-        ("Method", stage.sim().stepper.method().name().to_owned()),
-        ("StateHash", format!("{:016x}", report::state_hash(stage))),
-    ];
-    let text: Vec<_> = text.iter().map(|(name, value)| (*name, value.as_str())).collect();
-    png(&text)
 }

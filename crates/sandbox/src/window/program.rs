@@ -10,12 +10,13 @@ use super::forecast_start;
 use super::screen::Screen;
 use crate::failure::Failure;
 use crate::output::command_files::CommandFiles;
-use crate::output::on_device::{check, slow_words};
+use crate::output::on_device::check;
 use crate::output::orders::{Kind, Program};
 use crate::output::scenes::save_scene;
 use cockpit::app::session::Session;
 use cockpit::stage::SceneFile;
 use cockpit::stage::notices::Topic;
+use cockpit::view::on_device::slow_words;
 
 /// A window as the program around its session.
 pub(super) struct WindowProgram<'a> {
@@ -68,8 +69,8 @@ impl Program for WindowProgram<'_> {
         // The scene runs even without its particles, and the person is told what is missing.
         if let Some(screen) = &self.screen {
             let scene = &session.stage.sim().scene;
-            let missing = check(&screen.gpu, scene).err().map(|failure| failure.to_string());
-            let said = missing.or_else(|| slow_words(&screen.gpu, scene));
+            let missing = check(&screen.screen.gpu, scene).err().map(|failure| failure.to_string());
+            let said = missing.or_else(|| slow_words(&screen.screen.gpu, scene));
             said.into_iter().for_each(|words| session.stage.notices.say(Topic::Other, words));
         }
         Ok(())

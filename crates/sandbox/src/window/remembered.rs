@@ -1,13 +1,12 @@
 //! The files that remember, from window to window, how the panels were arranged and which scene files were opened last.
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{PathBuf, absolute};
 
 use scene::lesson::Lesson;
 
 use crate::output::files::{OutputPath, write};
-use cockpit::app::arrangement::{FIRST_START, LESSON_DONE};
+use cockpit::app::arrangement::{self, FIRST_START};
 
 /// Longest file that is read, bytes: an arrangement has a few hundred.
 const MOST: u64 = 65_536;
@@ -53,30 +52,10 @@ pub(super) fn note_first(shown: bool) {
 /// Remembers the lines of the arrangement that changed from `before` to `now`; another window may have remembered other lines.
 pub(super) fn keep_arrangement(before: &str, now: &str) {
     let there = read(ARRANGEMENT);
-    let all = with_changes(&there, before, now);
+    let all = arrangement::with_changes(&there, before, now);
     if all != there {
         keep(ARRANGEMENT, &all);
     }
-}
-
-/// The lines of `there`, with those replaced that differ between `before` and `now`.
-fn with_changes(there: &str, before: &str, now: &str) -> String {
-    // A key has one line, except that each lesson has its own.
-    let key = |line: &'_ str| match line.split_once(' ') {
-        Some((key, _)) if key != LESSON_DONE => key.to_owned(),
-        _ => line.to_owned(),
-    };
-    let only = |one: &str, other: &str| -> BTreeSet<String> {
-        one.lines().filter(|line| !other.lines().any(|other| other == *line)).map(key).collect()
-    };
-    let (gone, new) = (only(before, now), only(now, before));
-    let changed: BTreeMap<_, _> =
-        now.lines().filter(|line| new.contains(&key(line))).map(|line| (key(line), line)).collect();
-    let kept = there.lines().filter(|line| !gone.contains(&key(line)) || new.contains(&key(line)));
-    let replaced = kept.map(|line| changed.get(&key(line)).copied().unwrap_or(line));
-    let has = |line: &str| there.lines().any(|other| key(other) == key(line));
-    let added = now.lines().filter(|line| new.contains(&key(line)) && !has(line));
-    replaced.chain(added).map(|line| format!("{line}\n")).collect()
 }
 
 /// Writes the file of that name, whole or not at all. A failure is told and changes nothing: the next window starts as if this
@@ -142,23 +121,6 @@ fn with_new(mut all: Vec<PathBuf>, before: &[PathBuf], files: &[PathBuf]) -> Vec
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn an_arrangement_changes_only_what_its_window_changed() {
-        let there = "toggle_dock on\ntoggle_theme on\nlesson_done force\nlesson_done mass\n";
-        // The window read it when the theme was dark and one lesson was done.
-        let before = "toggle_dock on\ntoggle_theme off\nlesson_done force\ndock_width 300\n";
-        let now = "toggle_dock off\ntoggle_theme off\nlesson_done force\nlesson_done gravity\n";
-        let all = "toggle_dock off\ntoggle_theme on\nlesson_done force\nlesson_done mass\nlesson_done gravity\n";
-        assert_eq!(with_changes(there, before, now), all);
-        assert_eq!(with_changes(there, now, now), there);
-        assert_eq!(with_changes("", "", now), now);
-        assert_eq!(
-            with_changes("dock_width 300\n", before, now).lines().count(),
-            2,
-            "it is the usual again"
-        );
-    }
 
     #[test]
     fn what_another_window_remembered_meanwhile_stays() {

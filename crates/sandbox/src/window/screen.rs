@@ -3,28 +3,34 @@
 use std::sync::Arc;
 
 use egui_winit::accesskit_winit::Event;
-use render::{Gpu, Image, Offscreen, Quality, Renderer, WindowTarget};
+use render::wgpu::{Instance, InstanceDescriptor};
+use render::{Image, RenderError};
 use winit::dpi::PhysicalSize;
-use winit::event_loop::{ActiveEventLoop, EventLoopProxy};
+use winit::event_loop::{ActiveEventLoop, EventLoopProxy, OwnedDisplayHandle};
 use winit::window::Window;
 
 use super::display;
 use crate::failure::Failure;
 use cockpit::app::session::Session;
+use cockpit::stage::notices::Topic;
 
 /// The window and what draws into it.
 pub(super) struct Screen {
     pub window: Arc<Window>,
-    pub gpu: Gpu,
-    pub target: WindowTarget,
+    display: OwnedDisplayHandle,
+    pub screen: render::Screen,
     /// The clipboard, the input method, the screen reader and the shape of the pointer.
     pub platform: egui_winit::State,
-    renderer: Renderer,
+    /// How often the device was lost.
+    lost: u32,
 }
+
+/// How often a lost device is replaced: one that is lost again and again has a reason.
+const MOST_LOST: u32 = 3;
 
 impl Screen {
     /// Opens a window and a device to draw into it.
-    pub async fn open(
+    pub fn open(
         event_loop: &ActiveEventLoop,
         [width, height]: [u32; 2],
         context: &egui::Context,
@@ -49,31 +55,30 @@ impl Screen {
         platform.init_accesskit(event_loop, &window, proxy);
         window.set_visible(true);
         let window = Arc::new(window);
-        let display = Box::new(event_loop.owned_display_handle());
-        let (gpu, surface) = Gpu::for_window(Arc::clone(&window), display).await?;
-        eprintln!("drawing with {}", gpu.info);
-        let size = window.inner_size();
-        let target = WindowTarget::new(surface, &gpu, [size.width, size.height])?;
-        let renderer = Renderer::new(&gpu, target.format(), Quality::for_adapter(&gpu.info));
-        Ok(Self { window, gpu, target, platform, renderer })
+        let display = event_loop.owned_display_handle();
+        let screen = draw_into(&window, &display)?;
+        eprintln!("drawing with {}", screen.gpu.info);
+        Ok(Self { window, display, screen, platform, lost: 0 })
     }
 
-    /// Draws the session. Returns `false` if there was nothing to draw on.
+    /// Draws the session. Returns `false` if there was nothing to draw on. Opens another device in place of one that is lost.
     pub fn draw(&mut self, session: &mut Session) -> Result<bool, Failure> {
-        self.gpu.check()?;
-        let Some(target) = self.target.acquire(&self.gpu) else {
-            if self.target.lost() {
-                let surface = self.gpu.surface(Arc::clone(&self.window))?;
-                self.target.replace_surface(&self.gpu, surface);
+        let Self { screen, window, .. } = self;
+        let drawn = match screen.draw(|| session.picture(), || window.pre_present_notify()) {
+            Err(error @ RenderError::Lost { .. }) if self.lost < MOST_LOST => {
+                self.lost += 1;
+                let lost = std::mem::replace(screen, draw_into(window, &self.display)?);
+                screen.replace(lost);
+                session.stage.notices.say(Topic::Other, format!("{error}; opened it again"));
+                false
             }
-            return Ok(false);
+            drawn => drawn?,
         };
-        let mut frame = session.picture();
-        frame.size_px = target.size_px();
-        self.renderer.draw(&self.gpu, &frame, target.view());
-        self.window.pre_present_notify();
-        target.present(&self.gpu);
-        Ok(true)
+        if !drawn && screen.target.lost() {
+            let surface = screen.gpu.surface(Arc::clone(window))?;
+            screen.target.replace_surface(&screen.gpu, surface);
+        }
+        Ok(drawn)
     }
 
     /// Lets the system do what the panels ask for. `held`: whether the pointer is hidden and held.
@@ -93,9 +98,19 @@ impl Screen {
 
     /// The picture of the session, as the window shows it.
     pub fn image(&mut self, session: &mut Session) -> Result<Image, Failure> {
-        let frame = session.picture();
-        let copy = Offscreen::with_format(&self.gpu, frame.size_px, self.target.format())?;
-        self.renderer.draw(&self.gpu, &frame, copy.view());
-        Ok(copy.read(&self.gpu)?)
+        let copy = self.screen.copy(&session.picture())?;
+        Ok(copy.read(&self.screen.gpu)?)
     }
+}
+
+/// Opens a device to draw into a window.
+fn draw_into(
+    window: &Arc<Window>,
+    display: &OwnedDisplayHandle,
+) -> Result<render::Screen, Failure> {
+    let display = Box::new(display.clone());
+    let instance = Instance::new(InstanceDescriptor::new_with_display_handle_from_env(display));
+    let size = window.inner_size();
+    let opened = render::Screen::open(instance, Arc::clone(window), [size.width, size.height]);
+    Ok(pollster::block_on(opened)?)
 }

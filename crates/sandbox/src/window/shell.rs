@@ -1,7 +1,6 @@
 //! The window's events, its clock and its frames.
 
 use std::collections::HashMap;
-use std::ops::ControlFlow as Look;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -12,42 +11,33 @@ use winit::event::{
     DeviceEvent, DeviceId, ElementState, KeyEvent, MouseButton, Touch, WindowEvent,
 };
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoopProxy};
-use winit::keyboard::{ModifiersState, PhysicalKey};
+use winit::keyboard::{Key as Logical, ModifiersState, PhysicalKey};
 use winit::window::WindowId;
 
 use super::drafts::Drafts;
 use super::pointer::Pointer;
 use super::program::WindowProgram;
 use super::recorder::Recorder;
+use super::remembered;
 use super::screen::Screen;
-use super::speed::{self, Speed, SpeedSetting};
 use super::wheel::Wheel;
-use super::{keys, remembered};
 use crate::failure::Failure;
 use crate::output::bundle::write_bundle;
 use crate::output::command_files::CommandFiles;
-use crate::output::on_device::{check, slow_words};
+use crate::output::on_device::check;
 use crate::output::orders::{BUNDLE, Program as _, carry_out};
 use crate::output::tell;
 use cockpit::actions::{Act, Binding, Hold, Lasts, binding};
+use cockpit::app::frame_loop::{FrameLoop, Record, SHORTEST_FRAME_S};
 use cockpit::app::session::Session;
-use cockpit::clock::FrameClock;
-use cockpit::input::{Button, Input, InputFrame, Key, TouchPhase};
+use cockpit::input::keyboard::{Keyboard, Modifiers};
+use cockpit::input::{Button, Input, Key, TouchPhase};
+use cockpit::stage::Order;
 use cockpit::stage::notices::Topic;
-use cockpit::stage::{Order, Stage};
+use cockpit::view::on_device::slow_words;
 
-/// Shortest time between two frames: vertical sync does not pace every display.
-const SHORTEST_FRAME: Duration = Duration::from_micros(4_000);
-
-/// Longest time that the ticks of a frame may take; the others are dropped, and reported like those of a hitch. Scenes of more
-/// ticks per second than there is time for run slower, and never stop the window.
-const PATIENCE: Duration = Duration::from_millis(250);
-
-/// Time between two frames of a window that is not seen: it continues to simulate, and draws nothing.
-const HIDDEN_FRAME: Duration = Duration::from_millis(100);
-
-/// Frames that are drawn after something happened: panels may take their place one layout later.
-const SETTLING_FRAMES: u32 = 3;
+/// Time between two frames of a window that is not seen, s: it continues to simulate, and draws nothing.
+const HIDDEN_FRAME_S: f64 = 0.1;
 
 /// The window and its session.
 pub(super) struct Shell {
@@ -56,27 +46,17 @@ pub(super) struct Shell {
     screen: Option<Screen>,
     pub drafts: Drafts,
     pointer: Pointer,
-    events: Vec<Input>,
+    pub frames: FrameLoop,
     /// The meaning of each key when it went down: shift may be released before the key.
     down: HashMap<PhysicalKey, Key>,
     modifiers: ModifiersState,
-    /// Whether the last letter was Latin.
-    latin: bool,
+    keyboard: Keyboard,
     focused: bool,
     /// Whether a key that changes the mode waits for its frame: until then, motion could belong to either mode.
     mode_changes: bool,
-    clock: FrameClock,
     start: Instant,
-    last_frame: Option<Instant>,
-    /// Frames to be drawn before the window may rest.
-    unsettled: u32,
-    /// Whether the window has waited since the last frame, because nothing changed.
-    rested: bool,
     occluded: bool,
-    /// Whether a scene was opened whose bodies are to be framed once the view has its place.
-    pub opened: bool,
     wheel: Wheel,
-    speed: Speed,
     pub failure: Option<Failure>,
     /// How the panels are to be arranged when the window is there.
     pub arrangement: Option<String>,
@@ -96,19 +76,19 @@ impl ApplicationHandler<Event> for Shell {
             return;
         }
         let (size_px, egui) = (self.session.view.size_px(), self.session.egui());
-        match pollster::block_on(Screen::open(event_loop, size_px, egui, self.proxy.clone())) {
+        match Screen::open(event_loop, size_px, egui, self.proxy.clone()) {
             Ok(screen) => {
-                if let Err(failure) = check(&screen.gpu, &self.session.stage.sim().scene) {
+                if let Err(failure) = check(&screen.screen.gpu, &self.session.stage.sim().scene) {
                     return self.fail(event_loop, failure);
                 }
-                let slow = slow_words(&screen.gpu, &self.session.stage.sim().scene);
+                let slow = slow_words(&screen.screen.gpu, &self.session.stage.sim().scene);
                 slow.into_iter()
                     .for_each(|words| self.session.stage.notices.say(Topic::Other, words));
                 let size = screen.window.inner_size();
-                self.events.push(Input::Resized([size.width, size.height]));
-                self.events.push(Input::Scaled(screen.window.scale_factor()));
+                self.frames.events.push(Input::Resized([size.width, size.height]));
+                self.frames.events.push(Input::Scaled(screen.window.scale_factor()));
                 // As input of the first frame, so that a recording has it too.
-                self.events.extend(self.arrangement.take().map(Input::Arrange));
+                self.frames.events.extend(self.arrangement.take().map(Input::Arrange));
                 self.screen = Some(screen);
                 self.start = Instant::now();
             }
@@ -119,23 +99,23 @@ impl ApplicationHandler<Event> for Shell {
     #[expect(clippy::wildcard_enum_match_arm, reason = "events that the window does not use")]
     fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
         if !matches!(event, WindowEvent::RedrawRequested) {
-            self.unsettled = SETTLING_FRAMES;
+            self.frames.wake();
         }
         self.hear(&event);
         match event {
             // As a key, so that a recording has it and unsaved changes are asked about.
-            WindowEvent::CloseRequested => self.press(Act::Quit),
+            WindowEvent::CloseRequested => self.frames.press(Act::Quit),
             WindowEvent::Resized(size) => {
                 if let Some(screen) = &mut self.screen {
-                    screen.target.resize(&screen.gpu, [size.width, size.height]);
+                    screen.screen.target.resize(&screen.screen.gpu, [size.width, size.height]);
                 }
                 // A minimized window keeps the picture's size: rays and panels need one.
                 if size.width > 0 && size.height > 0 {
-                    self.events.push(Input::Resized([size.width, size.height]));
+                    self.frames.events.push(Input::Resized([size.width, size.height]));
                 }
             }
             WindowEvent::ScaleFactorChanged { scale_factor, .. } => {
-                self.events.push(Input::Scaled(scale_factor));
+                self.frames.events.push(Input::Scaled(scale_factor));
             }
             WindowEvent::Focused(focused) => self.focus(focused),
             WindowEvent::ModifiersChanged(modifiers) => self.modifiers = modifiers.state(),
@@ -144,7 +124,7 @@ impl ApplicationHandler<Event> for Shell {
                 let known =
                     !self.mode_changes && self.pointer.holds() == self.session.view.grabs_pointer();
                 if let (Some(screen), true) = (&self.screen, known) {
-                    self.events.extend(self.pointer.moved(&screen.window, position));
+                    self.frames.events.extend(self.pointer.moved(&screen.window, position));
                 }
             }
             WindowEvent::MouseInput { state, button, .. } => {
@@ -157,7 +137,7 @@ impl ApplicationHandler<Event> for Shell {
                 let pressed = state == ElementState::Pressed;
                 self.buttons =
                     if pressed { self.buttons + 1 } else { self.buttons.saturating_sub(1) };
-                self.events.push(if pressed {
+                self.frames.events.push(if pressed {
                     Input::ButtonDown(button)
                 } else {
                     Input::ButtonUp(button)
@@ -165,7 +145,7 @@ impl ApplicationHandler<Event> for Shell {
             }
             WindowEvent::MouseWheel { delta, .. } => {
                 let scale = self.screen.as_ref().map_or(1.0, |screen| screen.window.scale_factor());
-                self.events.extend(self.wheel.notches(delta, scale).map(Input::Wheel));
+                self.frames.events.extend(self.wheel.notches(delta, scale).map(Input::Wheel));
             }
             WindowEvent::Touch(Touch { phase, location, id, .. }) => {
                 let phase = match phase {
@@ -174,7 +154,7 @@ impl ApplicationHandler<Event> for Shell {
                     winit::event::TouchPhase::Ended => TouchPhase::Up,
                     winit::event::TouchPhase::Cancelled => TouchPhase::Cancel,
                 };
-                self.events.push(Input::Touch(id, phase, location.x, location.y));
+                self.frames.events.push(Input::Touch(id, phase, location.x, location.y));
             }
             WindowEvent::DroppedFile(path) => match &self.recorder {
                 None => self.session.leave(Order::Open(path.to_string_lossy().into_owned())),
@@ -191,7 +171,7 @@ impl ApplicationHandler<Event> for Shell {
     }
 
     fn user_event(&mut self, _: &ActiveEventLoop, event: Event) {
-        self.unsettled = SETTLING_FRAMES;
+        self.frames.wake();
         match event.window_event {
             accesskit_winit::WindowEvent::InitialTreeRequested => {
                 self.session.egui().enable_accesskit();
@@ -200,7 +180,7 @@ impl ApplicationHandler<Event> for Shell {
                 self.session.egui().disable_accesskit();
             }
             accesskit_winit::WindowEvent::ActionRequested(request) => {
-                self.events.extend(serde_json::to_string(&request).map(Input::Assist));
+                self.frames.events.extend(serde_json::to_string(&request).map(Input::Assist));
             }
         }
     }
@@ -208,37 +188,31 @@ impl ApplicationHandler<Event> for Shell {
     fn device_event(&mut self, _: &ActiveEventLoop, _: DeviceId, event: DeviceEvent) {
         self.wheel.raw(&event);
         if let (DeviceEvent::MouseMotion { delta }, false) = (event, self.mode_changes) {
-            self.events.extend(self.pointer.raw(delta));
+            self.frames.events.extend(self.pointer.raw(delta));
         }
     }
 
     fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
-        let now = Instant::now();
-        let changes_in = if self.is_unsettled() { 0.0 } else { self.session.changes_in_s() };
+        let now = self.seconds();
         let hidden = self.is_hidden();
-        let shortest = if hidden { HIDDEN_FRAME } else { SHORTEST_FRAME };
-        // If the time is longer than a clock can count, nothing changes: the window waits for an event.
-        let waits = Duration::try_from_secs_f64(changes_in).ok().map(|waits| waits.max(shortest));
-        let due = self.last_frame.map_or(Some(now), |last| last.checked_add(waits?));
-        match due {
-            Some(due) if due > now => {
-                self.rested |= changes_in > 0.0;
-                event_loop.set_control_flow(ControlFlow::WaitUntil(due));
-            }
+        let shortest = if hidden { HIDDEN_FRAME_S } else { SHORTEST_FRAME_S };
+        let due = self.frames.due(&mut self.session, now, shortest);
+        let wait_until = |due| {
+            // If the time is longer than a clock can count, nothing changes: the window waits for an event.
+            let due = Duration::try_from_secs_f64(due).ok();
+            let due = due.and_then(|due| self.start.checked_add(due));
+            event_loop.set_control_flow(due.map_or(ControlFlow::Wait, ControlFlow::WaitUntil));
+        };
+        if due > now {
+            wait_until(due);
+        } else if hidden {
             // Some systems request no frame of a window that is not seen.
-            Some(_) if hidden => {
-                self.frame(event_loop);
-                event_loop.set_control_flow(ControlFlow::WaitUntil(now + HIDDEN_FRAME));
-            }
-            Some(_) => {
-                event_loop.set_control_flow(ControlFlow::Wait);
-                if let Some(screen) = &self.screen {
-                    screen.window.request_redraw();
-                }
-            }
-            None => {
-                self.rested = true;
-                event_loop.set_control_flow(ControlFlow::Wait);
+            wait_until(now + HIDDEN_FRAME_S);
+            self.frame(event_loop);
+        } else {
+            event_loop.set_control_flow(ControlFlow::Wait);
+            if let Some(screen) = &self.screen {
+                screen.window.request_redraw();
             }
         }
     }
@@ -259,21 +233,15 @@ impl Shell {
             screen: None,
             drafts,
             pointer: Pointer::default(),
-            events: Vec::new(),
+            frames: FrameLoop::default(),
             down: HashMap::new(),
             modifiers: ModifiersState::empty(),
-            latin: true,
+            keyboard: Keyboard::new(cfg!(target_os = "macos")),
             focused: true,
             mode_changes: false,
-            clock: FrameClock::default(),
             start: Instant::now(),
-            last_frame: None,
-            unsettled: SETTLING_FRAMES,
-            rested: false,
             occluded: false,
-            opened: false,
             wheel: Wheel::default(),
-            speed: Speed::default(),
             failure: None,
             arrangement: None,
             arranged: None,
@@ -288,10 +256,9 @@ impl Shell {
         event_loop.exit();
     }
 
-    /// Does an action as its key does, in the next frame.
-    fn press(&mut self, act: Act) {
-        let key = act.key();
-        self.events.extend([Input::KeyDown(key.clone()), Input::KeyUp(key)]);
+    /// Time since the start, s.
+    fn seconds(&self) -> f64 {
+        self.start.elapsed().as_secs_f64()
     }
 
     fn focus(&mut self, focused: bool) {
@@ -299,7 +266,7 @@ impl Shell {
         if !focused {
             self.down.clear();
             self.buttons = 0;
-            self.events.push(Input::FocusLost);
+            self.frames.events.push(Input::FocusLost);
         }
     }
 
@@ -316,16 +283,18 @@ impl Shell {
         let heard = std::mem::take(&mut screen.platform.egui_input_mut().events);
         for event in heard.into_iter().filter(|_| takes_text) {
             match event {
-                egui::Event::Text(text) => self.events.push(Input::Text(text)),
+                egui::Event::Text(text) => self.frames.events.push(Input::Text(text)),
                 // All fields have one line.
                 egui::Event::Paste(text) => {
-                    self.events.push(Input::Text(text.lines().collect::<Vec<_>>().join(" ")));
+                    self.frames
+                        .events
+                        .push(Input::Text(text.lines().collect::<Vec<_>>().join(" ")));
                 }
                 egui::Event::Ime(ImeEvent::Preedit { text, .. }) => {
-                    self.events.push(Input::Compose(text));
+                    self.frames.events.push(Input::Compose(text));
                 }
                 egui::Event::Ime(ImeEvent::Commit(text)) => {
-                    self.events.extend([Input::Compose(String::new()), Input::Text(text)]);
+                    self.frames.events.extend([Input::Compose(String::new()), Input::Text(text)]);
                 }
                 _ => {}
             }
@@ -335,39 +304,51 @@ impl Shell {
     fn key(&mut self, event: &KeyEvent) {
         match event.state {
             ElementState::Pressed => {
-                let (logical, physical) = (&event.logical_key, event.physical_key);
-                let is_mac = cfg!(target_os = "macos");
-                let latin = &mut self.latin;
-                let key = keys::named(logical, physical, self.modifiers, is_mac, latin);
-                let Some(key) = key else { return };
+                let Some(key) = self.named(event) else { return };
                 let repeats = || binding(&key).is_some_and(Binding::repeats);
                 if !event.repeat || self.session.takes_text() || repeats() {
                     self.mode_changes |=
                         binding(&key).is_some_and(|row| row.act == Act::ToggleMode);
                     self.note_time(&key);
-                    self.events.push(Input::KeyDown(key.clone()));
+                    self.frames.events.push(Input::KeyDown(key.clone()));
                     self.down.insert(event.physical_key, key);
                 }
             }
             ElementState::Released => {
                 if let Some(key) = self.down.remove(&event.physical_key) {
                     self.note_time(&key);
-                    self.events.push(Input::KeyUp(key));
+                    self.frames.events.push(Input::KeyUp(key));
                 }
             }
         }
     }
 
+    /// The key of the program that went down.
+    fn named(&mut self, event: &KeyEvent) -> Option<Key> {
+        let key = match &event.logical_key {
+            Logical::Character(text) => text.to_string(),
+            // winit's names are W3C's.
+            Logical::Named(named) => format!("{named:?}"),
+            Logical::Dead(_) | Logical::Unidentified(_) => return None,
+        };
+        let code = match event.physical_key {
+            PhysicalKey::Code(code) => format!("{code:?}"),
+            PhysicalKey::Unidentified(_) => String::new(),
+        };
+        let modifiers = Modifiers {
+            ctrl: self.modifiers.control_key(),
+            shift: self.modifiers.shift_key(),
+            alt: self.modifiers.alt_key(),
+            logo: self.modifiers.super_key(),
+        };
+        self.keyboard.named(&key, &code, modifiers)
+    }
+
     /// Records when a key that pushes goes down or up, between two frames.
     fn note_time(&mut self, key: &Key) {
         if binding(key).is_some_and(|row| matches!(row.lasts, Lasts::While(Hold::Push(_)))) {
-            self.events.push(Input::At(self.start.elapsed().as_secs_f64()));
+            self.frames.events.push(Input::At(self.seconds()));
         }
-    }
-
-    /// Whether the next frame may differ even if the session does not change by itself.
-    fn is_unsettled(&self) -> bool {
-        self.unsettled > 0 || !self.events.is_empty()
     }
 
     /// Whether the window is not seen. A window with the keyboard is not minimized, which saves asking the system.
@@ -378,27 +359,23 @@ impl Shell {
 
     /// Does one frame: the events since the last one, ticks, and a picture if the window is seen.
     fn frame(&mut self, event_loop: &ActiveEventLoop) {
-        let now = Instant::now();
         let hidden = self.is_hidden();
         // A recording needs panels in every frame, because its replay has them.
         self.session.set_unseen(hidden && self.recorder.is_none());
-        self.unsettled = self.unsettled.saturating_sub(1);
-        if std::mem::take(&mut self.rested) {
-            // The event that ended the rest happened now, not when the rest began.
-            self.advance(now.checked_sub(SHORTEST_FRAME).unwrap_or(now), Vec::new());
-        }
-        let events = std::mem::take(&mut self.events);
-        self.advance(now, events);
-        self.last_frame = Some(now);
+        let Self { session, frames, recorder, start, .. } = self;
+        let clock = || start.elapsed().as_secs_f64();
+        let mut record = recorder.as_mut().map(|recorder| {
+            |session: &mut Session, end: f64, events: &[Input]| {
+                let (frame, chosen) = (session.stage.playback().frames(), &session.chosen);
+                if let Err(failure) = recorder.record(frame, end, chosen.iter().chain(events)) {
+                    let what = format!("the recording is written at the end: {failure}");
+                    session.stage.notices.say(Topic::File, what);
+                }
+            }
+        });
+        let record = record.as_mut().map(|record| record as &mut Record<'_>);
+        frames.frame(session, &clock, record);
         self.mode_changes = false;
-        // As a key, so that a recording has it; an open question would take the key.
-        if self.session.view.has_bars()
-            && !self.session.asks()
-            && std::mem::take(&mut self.opened)
-            && self.session.view.should_be_framed(&self.session.stage)
-        {
-            self.press(Act::Frame);
-        }
         if let Some(screen) = &mut self.screen {
             let holds = self.focused && self.session.view.grabs_pointer();
             let [corner, size] = self.session.view.view_area();
@@ -410,7 +387,7 @@ impl Shell {
             _ => Ok(false),
         };
         if !hidden && matches!(drawn, Ok(false)) {
-            self.unsettled = self.unsettled.max(1);
+            self.frames.draw_again();
         }
         if hidden && self.session.asks() {
             self.show();
@@ -437,8 +414,7 @@ impl Shell {
         let orders = self.session.stage.take_orders();
         let (now, later) = orders.into_iter().partition(|order| drawn || !has_picture(order));
         self.session.stage.orders = later;
-        self.opened |=
-            now.iter().any(|order: &Order| matches!(order, Order::Open(_) | Order::Restore(_)));
+        self.frames.opened |= now.iter().any(Order::leaves_scene);
         let mut program = WindowProgram {
             screen: self.screen.as_mut(),
             drafts: &mut self.drafts,
@@ -491,50 +467,5 @@ impl Shell {
             screen.window.set_minimized(false);
             screen.window.focus_window();
         }
-    }
-
-    /// Advances the session to `now`.
-    fn advance(&mut self, now: Instant, events: Vec<Input>) {
-        // Wall time only goes forward, and so does this.
-        let Ok(time) = self.clock.advance_to((now - self.start).as_secs_f64()) else {
-            self.events.splice(0..0, events);
-            return;
-        };
-        if let Some(recorder) = &mut self.recorder {
-            let inputs = self.session.chosen.iter().chain(&events);
-            if let Err(failure) =
-                recorder.record(self.session.stage.playback().frames(), time.total(), inputs)
-            {
-                self.session
-                    .stage
-                    .notices
-                    .say(Topic::File, format!("the recording is written at the end: {failure}"));
-            }
-        }
-        let (before, ticks_before) = (Instant::now(), self.session.stage.sim().ticks());
-        let progress = |stage: &Stage| stage.playback().progress(stage.sim());
-        let progress_before = progress(&self.session.stage);
-        // Measured to the end of the last tick: the panels, which come after it, take longer than all ticks.
-        let mut after = before;
-        // A recording is played back without a wall clock.
-        let patience = if self.recorder.is_some() { Duration::MAX } else { PATIENCE };
-        let was_seeking = self.session.stage.recorder().is_seeking();
-        self.session.advance_watched(&InputFrame { events }, time, &mut |_, _| {
-            after = Instant::now();
-            if after - before > patience { Look::Break(()) } else { Look::Continue(()) }
-        });
-        // Panels are laid out before a seek ends.
-        if was_seeking && !self.session.stage.recorder().is_seeking() {
-            self.unsettled = SETTLING_FRAMES;
-        }
-        self.speed.frame(speed::Sample {
-            length_s: time.length(),
-            // A run that went back simulated nothing.
-            simulated_s: (progress(&self.session.stage) - progress_before).max(0.0),
-            ticks: self.session.stage.sim().ticks().saturating_sub(ticks_before),
-            ticking: after - before,
-            setting: SpeedSetting::of(&self.session),
-        });
-        self.session.set_measured(self.speed.measured());
     }
 }

@@ -1,9 +1,10 @@
 //! The line at the bottom: what the mouse does now and, if there is room, the size and the speed of the run.
 
-use egui::{Align, Label, Layout, RichText, Ui};
+use egui::{Align, Label, Layout, RichText, Role, Ui, WidgetInfo};
 use report::numbers::digits;
 
 use crate::app::cockpit::toolbar;
+use crate::intent::Intent;
 use crate::stage::Stage;
 use crate::stage::things::is_movable;
 use crate::tools::editor::Editor;
@@ -11,7 +12,13 @@ use crate::view::hud::bodies;
 use crate::view::{Mode, View};
 
 /// Lays out the line.
-pub(super) fn show(ui: &mut Ui, stage: &Stage, view: &View, editor: &Editor) {
+pub(super) fn show(
+    ui: &mut Ui,
+    stage: &Stage,
+    view: &View,
+    editor: &Editor,
+    intents: &mut Vec<Intent>,
+) {
     let words = match &editor.spring_ends {
         Some(ends) if ends.is_empty() => "Click the first body that the spring joins.".to_owned(),
         Some(ends) => format!("Click the body that the spring joins to {}.", ends[0]),
@@ -33,7 +40,20 @@ pub(super) fn show(ui: &mut Ui, stage: &Stage, view: &View, editor: &Editor) {
             .size()
             .x
         };
-        let has_room = width(&words) + width(&state) + 24.0 <= ui.available_width();
+        let needed = width(&words) + width(&state) + 24.0;
+        // For those who have no wheel.
+        if stage.selection().is_some_and(|thing| is_movable(&stage.sim().world, thing))
+            && stage.sim().scene.push.is_some()
+        {
+            for (icon, name, notches) in [("-", "Less force", -1.0), ("+", "More force", 1.0)] {
+                let button = ui.small_button(icon).on_hover_text(name);
+                button.widget_info(|| WidgetInfo::labeled(Role::Button, true, name));
+                if button.clicked() {
+                    intents.push(Intent::TurnForce(notches));
+                }
+            }
+        }
+        let has_room = needed <= ui.available_width();
         ui.add(Label::new(words).truncate());
         if has_room {
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| ui.label(state));
@@ -61,17 +81,21 @@ fn words(stage: &Stage, view: &View) -> String {
         } else {
             ("pushes", view.click_force)
         };
-        format!(
-            "a right click {verb} it with {} N, the wheel changes that by {} N",
-            digits(force),
-            digits(stage.sim().scene.push_spec().per_notch)
-        )
+        let force = digits(force);
+        if view.by_finger {
+            return format!("a finger that rests on it {verb} it with {force} N");
+        }
+        let notch = digits(stage.sim().scene.push_spec().per_notch);
+        format!("a right click {verb} it with {force} N, the wheel changes that by {notch} N")
     };
     let pushes = stage.sim().scene.push.is_some();
     match (view.mode, stage.selection()) {
         (Mode::Camera, selected) => {
             let aim = selected.filter(|_| pushes).map_or(String::new(), |_| format!(" At the selection, {}.", click()));
             format!("The mouse looks around; W A S D fly, Space and Shift rise and sink. Q frees the pointer.{aim}")
+        }
+        (Mode::Selection, None) if view.by_finger => {
+            "Tap a body to select it, drag it to pull it. Two fingers orbit, zoom and pan.".to_owned()
         }
         (Mode::Selection, None) => {
             "Click a body to select it, drag it to pull it. Right drag orbits, middle drag pans, the wheel zooms. F frames the scene.".to_owned()

@@ -1,6 +1,8 @@
 //! How panels look: two themes, and the size of everything in them.
 
-use egui::{Color32, Context, Theme, Visuals};
+use std::sync::Arc;
+
+use egui::{Color32, Context, FontData, FontDefinitions, FontTweak, Theme, Visuals};
 
 use crate::app::ui::Ui;
 
@@ -18,6 +20,8 @@ const LEAST_ROOM: [f32; 2] = [640.0, 360.0];
 const ROOM: [f32; 2] = [960.0, 540.0];
 /// Least size of a point as a fraction of the usual one: below it no person could read the words.
 const SMALLEST: f32 = 0.5;
+/// The same for a picture that is higher than wide, as on a phone, which is held near but has few pixels: there, bars have more rows.
+const SMALLEST_UPRIGHT: f32 = 0.9;
 
 /// Pixels per point in a picture of `size_px`, on a display that has `scale` pixels per point.
 #[expect(clippy::cast_precision_loss, reason = "pixels")]
@@ -25,12 +29,34 @@ pub(super) fn pixels_per_point(size_px: [u32; 2], scale: f32, zoom: usize) -> f3
     let fits = |[width, height]: [f32; 2]| {
         (size_px[0] as f32 / (width * scale)).min(size_px[1] as f32 / (height * scale))
     };
-    let usual = fits(ROOM).clamp(SMALLEST, 1.0);
-    scale * (usual * ZOOMS[zoom]).clamp(SMALLEST, fits(LEAST_ROOM).max(usual))
+    let smallest = if size_px[1] > size_px[0] { SMALLEST_UPRIGHT } else { SMALLEST };
+    let usual = fits(ROOM).clamp(smallest, 1.0);
+    scale * (usual * ZOOMS[zoom]).clamp(smallest, fits(LEAST_ROOM).max(usual))
 }
 
-/// Gives both themes to `context`, which begins dark.
+/// Names of two fonts of egui, the glyphs of them that the panels use, and their scale as egui has it. A program that has the whole
+/// fonts, for what people write, uses these; a page would have to load them.
+const ICONS: [(&str, &[u8], f32); 2] = [
+    ("NotoEmoji-Regular", include_bytes!("../../../assets/fonts/NotoEmoji-Regular.ttf"), 0.81),
+    ("emoji-icon-font", include_bytes!("../../../assets/fonts/emoji-icon-font.ttf"), 0.9),
+];
+
+/// Adds the icons that are missing, in the order of egui.
+fn add_icons(fonts: &mut FontDefinitions) {
+    for (name, bytes, scale) in ICONS {
+        fonts.font_data.entry(name.to_owned()).or_insert_with(|| {
+            fonts.families.values_mut().for_each(|family| family.push(name.to_owned()));
+            let tweak = FontTweak { scale, ..FontTweak::default() };
+            Arc::new(FontData::from_static(bytes).tweak(tweak))
+        });
+    }
+}
+
+/// Gives icons and both themes to `context`, which begins dark.
 pub(super) fn install(context: &Context) {
+    let mut fonts = FontDefinitions::default();
+    add_icons(&mut fonts);
+    context.set_fonts(fonts);
     // Pictures must not depend on how many frames ago a panel was opened.
     context.all_styles_mut(|style| {
         style.animation_time = 0.0;
@@ -84,9 +110,12 @@ impl Ui {
 #[cfg(test)]
 mod tests {
     use std::collections::BTreeSet;
+    use std::fs;
+    use std::path::Path;
 
     use crate::clock::FrameClock;
-    use egui::{Rect, Shape};
+    use egui::epaint::{Fonts, text::TextOptions};
+    use egui::{FontId, Rect, Shape};
 
     use super::*;
     use crate::actions::key_of_word;
@@ -227,6 +256,36 @@ mod tests {
         let words = painted.iter().flat_map(|painted| &painted.words);
         let sizes: BTreeSet<_> = words.map(|(_, _, _, size)| format!("{size}")).collect();
         assert!(sizes.len() <= 3, "{sizes:?}");
+    }
+
+    /// The texts of the files in a folder and in its folders.
+    fn texts(folder: &Path) -> Vec<String> {
+        let entries = fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("a file"));
+        let of = |path: &Path| match path.is_dir() {
+            true => texts(path),
+            false => vec![fs::read_to_string(path).expect("a text")],
+        };
+        entries.flat_map(|entry| of(&entry.path())).collect()
+    }
+
+    #[test]
+    fn the_panels_have_every_character_without_the_fonts_of_a_desktop() {
+        let mut fonts = FontDefinitions::default();
+        for (name, ..) in ICONS {
+            fonts.font_data.remove(name);
+            fonts.families.values_mut().for_each(|family| family.retain(|other| other != name));
+        }
+        add_icons(&mut fonts);
+        let mut fonts = Fonts::new(TextOptions::default(), fonts);
+        let mut fonts = fonts.with_pixels_per_point(1.0);
+        let place = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+        let written: BTreeSet<char> =
+            texts(&place).iter().flat_map(|text| text.chars()).filter(|c| !c.is_ascii()).collect();
+        assert!(written.contains(&'\u{2630}') && !written.contains(&'\u{1f389}'));
+        let font = FontId::default();
+        let missing: Vec<_> = written.iter().filter(|c| !fonts.has_glyph(&font, **c)).collect();
+        assert!(missing.is_empty(), "{missing:?}");
+        assert!(!fonts.has_glyph(&font, '\u{1f389}'), "the fonts are those of a desktop");
     }
 
     #[test]

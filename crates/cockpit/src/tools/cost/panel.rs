@@ -5,6 +5,7 @@ use egui::{
     Sense, Ui, WidgetInfo,
 };
 use egui_plot::{Line, LineStyle, MarkerShape, Plot, PlotPoint, PlotPoints, PlotUi, Points, VLine};
+use lab::IS_THREAD_TIME;
 use lab::cost::{Accuracy, Cell, Cost, Setting, Study};
 use motion::Method;
 use report::ink;
@@ -195,7 +196,11 @@ fn plot(ui: &mut Ui, study: &Study, axes: Axes, present: Setting, width: f32) ->
             .collect::<Vec<_>>()
     };
     let words = match axes.cost {
-        Cost::RealTime | Cost::Time | Cost::Arithmetic => "CPU seconds per simulated second",
+        // A page is not told the time of its thread.
+        Cost::RealTime | Cost::Time | Cost::Arithmetic if IS_THREAD_TIME => {
+            "CPU seconds per simulated second"
+        }
+        Cost::RealTime | Cost::Time | Cost::Arithmetic => "seconds per simulated second",
         Cost::Evaluations => "evaluations per body per simulated second",
     };
     let plot = Plot::new(("cost", axes.accuracy as u8, axes.cost as u8))

@@ -1,6 +1,6 @@
 //! The panel of effects: which are on, why, on how many bodies and at what cost; and switches for them.
 
-use egui::{Grid, RichText, Ui};
+use egui::{Button, Grid, RichText, Ui};
 use history::Change;
 use lab::ReceiptLine;
 use motion::Request;
@@ -21,7 +21,7 @@ const NAME: f32 = 110.0;
 const CAUSE: f32 = 11.0;
 
 /// Lays out the panel. Returns whether the effects are to be measured.
-pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>, rows: &[ReceiptLine]) -> bool {
+pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>, rows: &[ReceiptLine], measures: bool) -> bool {
     mouse_hint(ui, desk.view);
     // The dock is not wide enough for a column of causes: there, the causes are below the names.
     let narrow = desk.dock_width.is_some();
@@ -78,6 +78,6 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>, rows: &[ReceiptLine]) -> bo
             ui.end_row();
         }
     });
-    let button = ui.button("measure");
+    let button = ui.add_enabled(!measures, Button::new("measure"));
     button.on_hover_text("runs a copy of the scene with and without each effect").clicked()
 }

@@ -1,7 +1,7 @@
 //! Effects of a running session: what switched them, and the receipt.
 
 use history::{RunSettings, Timeline};
-use lab::ReceiptLine;
+use lab::{ReceiptLine, ReceiptRun};
 use motion::PreviousPosition;
 use motion::effects::EffectState;
 use scene::Scene;
@@ -17,10 +17,13 @@ const RECORDED: &str = "going back: the window, --black-box";
 /// Name of the row of the energy watch.
 pub const ENERGY_WATCH: &str = "energy_watch";
 
+/// Time of a frame in which the panel measures, s.
+const WORK_OF_FRAME_S: f64 = 0.02;
+
 /// Ticks that the panel measures: an answer in a fraction of a second for a scene of some hundred bodies.
 const MEASURED_TICKS: u64 = 60;
 
-/// Bodies up to which the panel measures: the window waits for it.
+/// Bodies up to which the panel measures: more take minutes.
 const MEASURED_BODIES: usize = 5_000;
 
 /// The state behind the receipt of a scene.
@@ -30,7 +33,9 @@ pub struct Effects {
     pub(super) seen: (u64, Vec<(&'static str, u64)>),
     /// Evaluations per step between the last two looks.
     rates: Vec<(&'static str, f64)>,
-    /// Nanoseconds per step and share by name, as measured on a copy of the scene.
+    /// What is being measured on a copy of the scene.
+    run: Option<ReceiptRun>,
+    /// Nanoseconds per step and share by name, as measured.
     measured: Vec<(&'static str, Option<f64>, Option<f64>)>,
 }
 
@@ -56,7 +61,7 @@ impl Effects {
         rows
     }
 
-    /// Measures on a copy of the scene, from its start, what each effect costs per step.
+    /// Begins to measure on a copy of the scene, from its start, what each effect costs per step.
     pub(super) fn measure(&mut self, stage: &mut Stage) {
         let scene = &stage.sim().scene;
         if scene.bodies.len() > MEASURED_BODIES {
@@ -68,9 +73,20 @@ impl Effects {
         }
         // An effect that is off at the start may have been switched on since.
         let scene = Scene { off_at_start: Vec::new(), ..Scene::clone(scene) };
-        let receipt =
-            lab::receipt(&scene, MEASURED_TICKS, &RunSettings::of(stage.sim()).effects.off);
-        let watch = lab::watch_time(&scene);
+        let off = RunSettings::of(stage.sim()).effects.off;
+        self.run = Some(ReceiptRun::new(&scene, MEASURED_TICKS, &off));
+    }
+
+    /// Whether effects are being measured.
+    pub(super) const fn measures(&self) -> bool {
+        self.run.is_some()
+    }
+
+    /// Measures for a part of a frame.
+    pub(super) fn continue_measuring(&mut self, stage: &Stage) {
+        let Some(run) = self.run.take_if(|run| run.work(WORK_OF_FRAME_S)) else { return };
+        let receipt = run.receipt();
+        let watch = lab::watch_time(&stage.sim().scene);
         let rows = receipt.rows.iter().map(|row| (row.name, row.ns, row.share));
         self.measured =
             rows.chain([(ENERGY_WATCH, Some(watch), Some(watch / receipt.ns))]).collect();

@@ -6,7 +6,6 @@ use egui::{
     Align, Align2, Button, Context, Key, Layout, Pos2, RichText, Role, ScrollArea, TextEdit, Ui,
     WidgetInfo, Window,
 };
-use lab::lesson::{RunLimit, run_lesson};
 use scene::lesson::{Goal, Lesson, LessonStep, shipped};
 
 use super::Learn;
@@ -62,7 +61,7 @@ fn list(ui: &mut Ui, learn: &mut Learn, desk: &mut Desk<'_>) {
             let about =
                 format!("{} {} min. Belongs to: {}", lesson.about, lesson.minutes, lesson.page);
             if ui.button(words).on_hover_text(about).clicked() {
-                open(learn, lesson, desk.intents);
+                desk.intents.push(Intent::OpenLesson(lesson.name.clone()));
             }
         }
         for (path, title) in &learn.own {
@@ -74,17 +73,6 @@ fn list(ui: &mut Ui, learn: &mut Learn, desk: &mut Desk<'_>) {
             desk.intents.push(Intent::Act(Act::Panel(Panel::Learn)));
         }
     });
-}
-
-/// Opens `lesson` and its scene. Blocks the window while the runs of the lesson are simulated.
-fn open(learn: &mut Learn, lesson: &Arc<Lesson>, intents: &mut Vec<Intent>) {
-    match run_lesson(lesson, 1.0, RunLimit::USUAL) {
-        Ok(of_runs) => {
-            learn.open(Arc::clone(lesson), of_runs);
-            intents.extend(learn.home().map(Intent::Open));
-        }
-        Err(error) => learn.fault = Some(error.to_string()),
-    }
 }
 
 fn running(
@@ -194,7 +182,7 @@ fn at_end(ui: &mut Ui, learn: &mut Learn, lesson: &Lesson, intents: &mut Vec<Int
         let next = here.and_then(|here| LESSONS.get(here + 1));
         if let Some(next) = next.filter(|next| ui.button(format!("Next: {}", next.title)).clicked())
         {
-            open(learn, next, intents);
+            intents.push(Intent::OpenLesson(next.name.clone()));
         }
         if ui.button("All lessons").clicked() {
             learn.leave();
@@ -218,8 +206,7 @@ pub(crate) fn welcome(
         }
         let Some(first) = LESSONS.first() else { return };
         if ui.button(format!("Start the first lesson ({} min)", first.minutes)).clicked() {
-            open(learn, first, intents);
-            intents.push(Intent::Act(Act::Panel(Panel::Learn)));
+            intents.push(Intent::OpenLesson(first.name.clone()));
         }
     });
     learn.welcome &= stays;

@@ -6,13 +6,14 @@ use render::Quality;
 use report::{Handout, HandoutStep, answers, handout, index};
 use scene::lesson::{Goal, Lesson, shipped};
 
-use super::pupil::{Pupil, Runs, frame_bodies};
 use crate::args::cores;
 use crate::failure::Failure;
 use crate::output::command_files::CommandFiles;
 use crate::output::files::{make_folder, refuse_foreign_files, write as write_file};
-use crate::output::pictures::{Camera, png};
+use crate::output::pictures::Camera;
 use crate::output::tell;
+use cockpit::app::pictures::png;
+use cockpit::app::pupil::{Pupil, Runs, frame_bodies};
 use cockpit::stage::options::{Options, Words};
 
 /// Size of a picture, pixels.

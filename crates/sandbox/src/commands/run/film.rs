@@ -8,7 +8,7 @@ use render::{Film, Gif, Image};
 
 use crate::failure::Failure;
 use crate::output::files::{Output, OutputPath, folder_of, output_file};
-use crate::output::pictures::with_settings;
+use cockpit::app::pictures::with_settings;
 use cockpit::stage::Stage;
 
 /// Default frames per second of a GIF: with more, browsers show it slower.

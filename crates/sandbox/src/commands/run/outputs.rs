@@ -15,7 +15,7 @@ use crate::failure::Failure;
 use crate::output::black_box::{self, BlackBox};
 use crate::output::command_files::CommandFiles;
 use crate::output::files::{Output, OutputPath, is_standard_output, make_folder, output_file};
-use crate::output::on_device::{self, Device, check, has_particles, refuse_rows, slow_words};
+use crate::output::on_device::{self, Device, check, has_particles, refuse_rows};
 use crate::output::orders::{BUNDLE, GRAPH, Kind, Program, SCREENSHOT};
 use crate::output::pictures::{Camera, write_picture};
 use crate::output::report::Summary;
@@ -24,6 +24,7 @@ use crate::output::{show, tell, tell_all};
 use cockpit::app::session::Session;
 use cockpit::stage::options::Options;
 use cockpit::stage::{SceneFile, Stage};
+use cockpit::view::on_device::slow_words;
 
 /// The outputs of a run.
 pub(super) struct Outputs<'a> {

@@ -11,7 +11,7 @@ use scene::{Action, Keeps, PictureAction, Scene, Script, shown};
 use super::film::{GIF_FPS, frame_seconds_range, is_gif};
 use super::{RunArgs, keeps_ledger};
 use crate::args::{MOST_TICKS, check_seconds, cores, follows_frames, refuse_rate_of_frames};
-use crate::commands::lessons::pupil::Demonstration;
+use crate::commands::lessons::demonstration::Demonstration;
 use crate::failure::Failure;
 use crate::output::command_files::CommandFiles;
 use cockpit::actions::{self, Act};

@@ -1,29 +1,45 @@
 //! Plays a lesson without a window, as a person would who has its solution.
 
-use std::path::Path;
+use std::fmt;
 
 use history::Overrides;
 use lab::lesson::{Quantities, RunLimit, run_lesson};
-use render::Image;
 use report::numbers::digits;
 use scene::lesson::{Goal, Lesson, Measure, Quantity, RunMeasure, ScreenMeasure, beside};
-use scene::{Action, InputAction, Script, Step, StepKind, When, did_you_mean, nearest};
+use scene::{Action, InputAction, SceneError, Script, Step, StepKind, When, did_you_mean, nearest};
 
-use crate::args::cores;
-use crate::failure::Failure;
-use crate::output::command_files::CommandFiles;
-use crate::output::orders::{Kind, Program, carry_out};
-use crate::output::progress::Waiting;
-use cockpit::actions::{Act, key_of_word};
-use cockpit::app::focus::pointable;
-use cockpit::app::player::Player;
-use cockpit::app::session::Session;
-use cockpit::clock::FrameClock;
-use cockpit::input::InputFrame;
-use cockpit::intent::Intent;
-use cockpit::stage::SceneFile;
-use cockpit::stage::options::Options;
-use cockpit::tools::learn::panel_of;
+use crate::actions::{Act, key_of_word};
+use crate::app::focus::pointable;
+use crate::app::player::Player;
+use crate::app::session::Session;
+use crate::clock::FrameClock;
+use crate::input::InputFrame;
+use crate::intent::Intent;
+use crate::stage::Order;
+use crate::stage::options::Options;
+use crate::tools::learn::panel_of;
+
+/// Why a lesson was not played to its end.
+#[derive(Debug)]
+pub enum Unplayed {
+    /// A scene cannot be read, or the lesson names something that there is not.
+    Unreadable(String),
+    /// Something that the lesson claims, accepts or refuses does not hold.
+    Wrong(String),
+}
+
+impl fmt::Display for Unplayed {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (Self::Unreadable(what) | Self::Wrong(what)) = self;
+        out.write_str(what)
+    }
+}
+
+impl From<SceneError> for Unplayed {
+    fn from(error: SceneError) -> Self {
+        Self::Unreadable(error.to_string())
+    }
+}
 
 /// Frames per second.
 const FPS: f64 = 60.0;
@@ -40,31 +56,31 @@ const LONGER: f64 = 1.2;
 const MOST_WAIT_S: f64 = 3.0;
 
 /// What the runs of a lesson measured, with `times` as many ticks per second as the runs specify.
-pub(super) struct Runs {
+pub struct Runs {
     times: f64,
     measured: Quantities,
 }
 
 impl Runs {
-    pub fn new(lesson: &Lesson, times: f64) -> Result<Self, Failure> {
+    /// Makes the runs of `lesson`.
+    pub fn new(lesson: &Lesson, times: f64) -> Result<Self, Unplayed> {
         Ok(Self { times, measured: run_lesson(lesson, times, RunLimit::USUAL)? })
     }
 }
 
 /// A session that plays a lesson.
-pub(super) struct Pupil {
+pub struct Pupil {
+    /// The session.
     pub session: Session,
     clock: FrameClock,
     fps: f64,
-    alone: Alone,
 }
 
 impl Pupil {
     /// Begins `lesson`, with `times` as many ticks per second as its scenes have.
-    pub fn begin(lesson: &Lesson, runs: &Runs, options: Options) -> Result<Self, Failure> {
+    pub fn begin(lesson: &Lesson, runs: &Runs, options: Options) -> Result<Self, Unplayed> {
         let Runs { times, measured } = runs;
-        let mut alone = Alone::default();
-        let scene = alone.files.scene(&beside(&lesson.name, &lesson.scene))?;
+        let scene = scene::load(&beside(&lesson.name, &lesson.scene))?;
         // A scene of one tick per frame has more ticks by more frames.
         let fps = if scene.step == StepKind::Fixed { FPS } else { FPS * times };
         let overrides = Overrides { step_hz: Some(scene.step_hz * times), ..Overrides::default() };
@@ -74,7 +90,7 @@ impl Pupil {
         // The window with bars begins with a free pointer, too.
         session.free_pointer();
         session.begin_lesson(lesson.clone(), measured.clone());
-        let mut pupil = Self { session, clock: FrameClock::default(), fps, alone };
+        let mut pupil = Self { session, clock: FrameClock::default(), fps };
         pupil.frames(2);
         Ok(pupil)
     }
@@ -109,7 +125,7 @@ impl Pupil {
 
     /// Does `actions`, each in its own frames, and waits until the step is done, but no longer than `patience` seconds of
     /// simulated time after them. Returns whether the lesson continued.
-    fn act(&mut self, actions: &[Action], patience: f64) -> Result<bool, Failure> {
+    fn act(&mut self, actions: &[Action], patience: f64) -> Result<bool, Unplayed> {
         self.wait_for_step();
         let before = self.step();
         let (player, frame) = player(actions, self.session.stage.playback().frames(), self.fps)?;
@@ -122,13 +138,13 @@ impl Pupil {
         let last = frame + (patience * self.fps).ceil() as u64;
         while self.session.stage.playback().frames() < last && self.step() == before {
             self.frames(1);
-            carry_out(self.session.stage.take_orders(), &mut self.session, &mut self.alone)?;
+            open_scenes(&mut self.session)?;
         }
         Ok(self.step() > before)
     }
 
     /// Does the current step by its solution. Returns whether the lesson continued.
-    pub fn solve(&mut self, lesson: &Lesson) -> Result<bool, Failure> {
+    pub fn solve(&mut self, lesson: &Lesson) -> Result<bool, Unplayed> {
         match lesson.steps.get(self.step()).map(|step| &step.goal) {
             None => Ok(false),
             Some(Goal::Done { solution, .. }) => self.act(solution, PATIENCE_S),
@@ -142,7 +158,7 @@ impl Pupil {
 }
 
 /// Frames the bodies if the scene leaves the camera to the program.
-pub(super) fn frame_bodies(session: &mut Session) {
+pub fn frame_bodies(session: &mut Session) {
     if session.view.should_be_framed(&session.stage) {
         session.carry_out(Intent::Act(Act::Frame));
     }
@@ -150,7 +166,7 @@ pub(super) fn frame_bodies(session: &mut Session) {
 
 /// Makes a player that carries out `actions` from frame number `frame` on, each in its own frames. Also returns the frame after
 /// them.
-fn player(actions: &[Action], mut frame: u64, fps: f64) -> Result<(Player, u64), Failure> {
+pub fn player(actions: &[Action], mut frame: u64, fps: f64) -> Result<(Player, u64), Unplayed> {
     let steps = actions.iter().filter_map(|action| {
         let when = When::Frame(frame);
         #[expect(
@@ -173,125 +189,27 @@ fn player(actions: &[Action], mut frame: u64, fps: f64) -> Result<(Player, u64),
     let script = Script { steps: steps.collect(), recording: None };
     let player = Player::new(script).map_err(|unknown| {
         let words: Vec<_> = unknown.iter().map(|(_, key)| key.to_string()).collect();
-        Failure::Usage(words.join("; "))
+        Unplayed::Unreadable(words.join("; "))
     })?;
     Ok((player, frame))
 }
 
-/// Seconds for which a step of a demonstration is read before it is done.
-const READ_S: f64 = 3.0;
-
-/// A lesson that is shown in a run: each step is read, then done by its solution.
-pub(crate) struct Demonstration {
-    lesson: Lesson,
-    fps: f64,
-    /// The step that is being done, and the frame in which its question is answered.
-    step: Option<(usize, u64)>,
-}
-
-impl Demonstration {
-    /// Shows `lesson` at `fps` frames per second.
-    pub fn new(lesson: Lesson, fps: f64) -> Self {
-        Self { lesson, fps, step: None }
-    }
-
-    /// Begins the lesson in `session`, which has its scene.
-    pub fn begin(&self, session: &mut Session) -> Result<(), Failure> {
-        let _waiting = Waiting::begin("measuring the runs of the lesson");
-        session.begin_lesson(self.lesson.clone(), run_lesson(&self.lesson, 1.0, RunLimit::USUAL)?);
-        session.free_pointer();
-        frame_bodies(session);
-        Ok(())
-    }
-
-    /// A message that says how many steps were done, if the lesson in `session` is not finished.
-    pub fn left(&self, session: &Session) -> Option<String> {
-        let (step, all) = (session.tools.lesson()?.step, self.lesson.steps.len());
-        let what = format!(
-            "{}: {step} of {all} steps were done; let the run last longer",
-            self.lesson.name
-        );
-        (step < all).then_some(what)
-    }
-
-    /// Whether it will do something in `session` by itself: a step that begins paused is read before it is done.
-    pub fn waits(&self, session: &Session) -> bool {
-        let now = session.stage.playback().frames();
-        session.tools.lesson().is_some_and(|state| {
-            let is_new = self.step.is_none_or(|(before, due)| before != state.step || due >= now);
-            is_new && state.step < self.lesson.steps.len()
-        })
-    }
-
-    /// Does in `session` what is due in the next frame.
-    pub fn before_frame(&mut self, session: &mut Session) -> Result<(), Failure> {
-        let Some(state) = session.tools.lesson() else { return Ok(()) };
-        let Some(step) = self.lesson.steps.get(state.step) else { return Ok(()) };
-        let now = session.stage.playback().frames();
-        if self.step.is_none_or(|(before, _)| before != state.step) {
-            #[expect(
-                clippy::cast_possible_truncation,
-                clippy::cast_sign_loss,
-                reason = "a few hundred frames"
-            )]
-            let due = now + (READ_S * self.fps).ceil() as u64;
-            self.step = Some((state.step, due));
-            if let Goal::Done { solution, .. } = &step.goal {
-                session.play(player(solution, due, self.fps)?.0);
-            }
+/// Opens the scenes that a solution opens; nothing else that is ordered matters to a lesson.
+fn open_scenes(session: &mut Session) -> Result<(), Unplayed> {
+    for order in session.stage.take_orders() {
+        if let Order::Open(name) = order {
+            session.open(scene::load(&name)?);
         }
-        if let Goal::Number { solution, .. } | Goal::Choice { solution, .. } = &step.goal
-            && self.step.is_some_and(|(_, due)| due == now)
-        {
-            session.tools.lessons().answer(solution);
-        }
-        Ok(())
     }
-}
-
-/// A [`Program`] that opens scenes and writes nothing.
-#[derive(Default)]
-struct Alone {
-    files: CommandFiles,
-}
-
-impl Program for Alone {
-    fn picture(&mut self, _: &mut Session) -> Result<Option<Image>, Failure> {
-        Ok(None)
-    }
-
-    fn folder(&self) -> Option<&Path> {
-        None
-    }
-
-    fn files(&mut self) -> &mut CommandFiles {
-        &mut self.files
-    }
-
-    fn name(&self, kind: Kind, _: &Session) -> String {
-        kind.join(".")
-    }
-
-    fn save_scene(&mut self, _: &mut Session, _: &SceneFile) -> Result<(), Failure> {
-        Ok(())
-    }
-
-    fn report(&mut self, _: &mut Session, outcome: Result<&Path, Failure>) -> Result<(), Failure> {
-        outcome.map(drop)
-    }
-
-    fn opened(&mut self, _: &mut Session) -> Result<(), Failure> {
-        Ok(())
-    }
+    Ok(())
 }
 
 /// Plays `lesson` at its step size and at half of it. The solution and the other ways have to be accepted, and their claims have
 /// to hold; every wrong way has to be refused. Returns a report of what was measured.
-pub(super) fn check(lesson: &Lesson) -> Result<String, Failure> {
+pub fn check(lesson: &Lesson) -> Result<String, Unplayed> {
     let mut lines = format!("{}: {}\n", lesson.name, lesson.title);
     check_names(lesson)?;
     check_claims(lesson)?;
-    let _waiting = Waiting::begin("playing the lesson");
     let mut refused = 0;
     for times in [1.0, 2.0] {
         let runs = Runs::new(lesson, times)?;
@@ -299,7 +217,7 @@ pub(super) fn check(lesson: &Lesson) -> Result<String, Failure> {
         lines += &format!("at {} Hz\n", digits(pupil.session.stage.playback().step_hz()));
         for (number, step) in lesson.steps.iter().enumerate() {
             let fail = |what: String| {
-                Err(Failure::Expectation(format!(
+                Err(Unplayed::Wrong(format!(
                     "{}: steps[{number}] at {times} times the rate: {what}",
                     lesson.name
                 )))
@@ -344,7 +262,7 @@ pub(super) fn check(lesson: &Lesson) -> Result<String, Failure> {
     // Each was tried at two step sizes.
     refused /= 2;
     if refused < 2 {
-        return Err(Failure::Expectation(format!(
+        return Err(Unplayed::Wrong(format!(
             "{}: fewer than two wrong ways are refused",
             lesson.name
         )));
@@ -354,9 +272,9 @@ pub(super) fn check(lesson: &Lesson) -> Result<String, Failure> {
 }
 
 /// Checks the names of keys and panels, which the reader of lessons does not know.
-fn check_names(lesson: &Lesson) -> Result<(), Failure> {
+fn check_names(lesson: &Lesson) -> Result<(), Unplayed> {
     let wrong = |place: String, what: String| {
-        Err(Failure::Usage(format!("{}: {place}: {what}", lesson.name)))
+        Err(Unplayed::Unreadable(format!("{}: {place}: {what}", lesson.name)))
     };
     for Quantity { name, measure } in &lesson.measure {
         if let Measure::Screen(ScreenMeasure::Shows(panel)) = measure
@@ -369,7 +287,7 @@ fn check_names(lesson: &Lesson) -> Result<(), Failure> {
             );
         }
     }
-    let scene = CommandFiles::default().scene(&beside(&lesson.name, &lesson.scene))?;
+    let scene = scene::load(&beside(&lesson.name, &lesson.scene))?;
     for (i, step) in lesson.steps.iter().enumerate() {
         if let Some(name) = step.point_at.as_deref().filter(|name| scene.names.find(name).is_none())
             && !pointable().any(|control| control == name)
@@ -392,16 +310,15 @@ fn check_names(lesson: &Lesson) -> Result<(), Failure> {
 
 /// Checks that each claim of a step that is done, not answered, has a quantity that the step can change: a claim about a run or
 /// about masses alone would be the same whatever the person did.
-fn check_claims(lesson: &Lesson) -> Result<(), Failure> {
+fn check_claims(lesson: &Lesson) -> Result<(), Unplayed> {
     let changes = |name: &String| {
         let quantity = lesson.of_screen(name);
         quantity
             .is_some_and(|quantity| !matches!(quantity.measure, Measure::Run(RunMeasure::Mass(_))))
     };
     for (i, step) in lesson.steps.iter().enumerate() {
-        let fail = |what: String| {
-            Err(Failure::Expectation(format!("{}: steps[{i}]: {what}", lesson.name)))
-        };
+        let fail =
+            |what: String| Err(Unplayed::Wrong(format!("{}: steps[{i}]: {what}", lesson.name)));
         let claims = step.then.claims();
         if claims.is_empty() && step.holds.is_some() {
             return fail(
@@ -423,7 +340,7 @@ fn check_claims(lesson: &Lesson) -> Result<(), Failure> {
 }
 
 /// A session that is at step `number`.
-fn at_step(lesson: &Lesson, number: usize, runs: &Runs) -> Result<Pupil, Failure> {
+fn at_step(lesson: &Lesson, number: usize, runs: &Runs) -> Result<Pupil, Unplayed> {
     let mut pupil = Pupil::begin(lesson, runs, quiet())?;
     while pupil.step() < number && pupil.solve(lesson)? {}
     Ok(pupil)
@@ -434,7 +351,7 @@ fn other_ways(
     lesson: &Lesson,
     number: usize,
     runs: &Runs,
-) -> Result<Vec<(String, Option<bool>)>, Failure> {
+) -> Result<Vec<(String, Option<bool>)>, Unplayed> {
     let Goal::Done { also, .. } = &lesson.steps[number].goal else { return Ok(Vec::new()) };
     let play = |(way, actions): (usize, &Vec<Action>)| {
         let mut pupil = at_step(lesson, number, runs)?;
@@ -450,13 +367,13 @@ fn wrong_ways(
     number: usize,
     runs: &Runs,
     patience: f64,
-) -> Result<Vec<(String, bool)>, Failure> {
+) -> Result<Vec<(String, bool)>, Unplayed> {
     let judged = |answers: Vec<&String>| {
         let mut pupil = at_step(lesson, number, runs)?;
         let judge = |answer: &String| {
             (format!("{answer:?}"), pupil.session.tools.lessons().accepts(answer))
         };
-        Ok::<Vec<_>, Failure>(answers.into_iter().map(judge).collect())
+        Ok::<Vec<_>, Unplayed>(answers.into_iter().map(judge).collect())
     };
     match &lesson.steps[number].goal {
         Goal::Done { wrong, .. } => {
@@ -479,5 +396,5 @@ fn wrong_ways(
 }
 
 fn quiet() -> Options {
-    Options { pictures: false, threads: cores(), ..Options::default() }
+    Options { pictures: false, ..Options::default() }
 }

@@ -1,14 +1,14 @@
-//! The speed at which the window draws and simulates, over the last frames.
+//! The speed at which a shell draws and simulates, over the last frames.
 
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use cockpit::app::session::Session;
-use cockpit::view::Measured;
+use crate::app::session::Session;
+use crate::view::Measured;
 
 /// The settings that change how long a frame or a tick takes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct SpeedSetting {
+pub(crate) struct SpeedSetting {
     pub pace: f64,
     pub paused: bool,
     pub ghosts: bool,
@@ -30,7 +30,7 @@ const SPAN_S: f64 = 0.5;
 
 /// One frame.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Sample {
+pub(crate) struct Sample {
     pub length_s: f64,
     pub simulated_s: f64,
     pub ticks: u64,
@@ -41,7 +41,7 @@ pub(super) struct Sample {
 
 /// The frames of the last half second, none older than the last change of the settings.
 #[derive(Debug, Default)]
-pub(super) struct Speed {
+pub(crate) struct Speed {
     samples: VecDeque<Sample>,
     last: Measured,
 }
