@@ -305,7 +305,8 @@ fn a_teachers_lesson_is_printed_opened_as_a_file_and_no_scene() {
     let other = folder.path().join("other");
     fs::create_dir(&other).unwrap();
     fs::copy(&path, other.join("my.ron")).unwrap();
-    sandbox(&folder, "lessons --html out my.ron force").fine();
+    let page = "https://example.org/play.html";
+    sandbox(&folder, &format!("lessons --html out --page {page} my.ron force")).fine();
     let out = folder.path().join("out");
     let mut files: Vec<_> = fs::read_dir(&out)
         .unwrap()
@@ -318,7 +319,10 @@ fn a_teachers_lesson_is_printed_opened_as_a_file_and_no_scene() {
     expected.extend((1..=3).map(|step| format!("force-{step}.png")));
     expected.sort();
     assert_eq!(files, expected);
-    let index = fs::read_to_string(out.join("index.html")).unwrap();
+    let read = |name: &str| fs::read_to_string(out.join(name)).unwrap();
+    assert!(read("force.html").contains(&format!("<a href=\"{page}#lesson=force\">")));
+    assert!(!read("my.html").contains(page), "a web page has the lessons of the program");
+    let index = read("index.html");
     assert!(
         index.contains("my.html") && index.contains("force.html") && !index.contains("mass.html")
     );

@@ -2,6 +2,9 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that fails should panic")]
 
+use std::sync::Arc;
+
+use egui::epaint::{Color32, ColorImage, ImageData, ImageDelta};
 use glam::{Quat, Vec3, Vec4};
 use render::{
     CHECKER, Film, Frame, Gpu, Ground, Image, Instance, Light, Line, OFFSCREEN_FORMAT, OUTLINED,
@@ -309,7 +312,7 @@ fn panels(context: &egui::Context) -> Panels {
         ui.painter().rect_filled(
             egui::Rect::from_min_size(egui::pos2(10.0, 10.0), egui::vec2(20.0, 20.0)),
             0.0,
-            egui::Color32::from_rgb(10, 200, 30),
+            Color32::from_rgb(10, 200, 30),
         );
     });
     Panels {
@@ -367,6 +370,38 @@ fn busy() -> Frame {
         });
     }
     frame
+}
+
+#[test]
+fn another_device_draws_the_images_that_egui_sent_to_a_lost_one() {
+    let context = egui::Context::default();
+    let (mut first, second) = (panels(&context), panels(&context));
+    assert!(!first.textures_delta.set.is_empty() && second.textures_delta.set.is_empty());
+    // A part of the image is sent again, as when a letter is new: the corner, from which areas have their white.
+    let (id, deltas) = first.textures_delta.set.iter().next().unwrap();
+    let (id, whole) = (*id, deltas.first().unwrap());
+    let part = ImageDelta {
+        image: ImageData::Color(Arc::new(ColorImage::filled([8, 4], Color32::RED))),
+        pos: Some([0, 0]),
+        ..whole.clone()
+    };
+    first.textures_delta.set.entry(id).or_default().push(part);
+    let drawn = |panels: Panels| Frame { panels: Some(panels), ..frame() };
+    let (first, second) = (drawn(first), drawn(second));
+    let (gpu, other_gpu) = (gpu(), gpu());
+    let look = |renderer: &mut Renderer, gpu: &Gpu, frame: &Frame| {
+        let picture = Offscreen::new(gpu, SIZE).unwrap();
+        renderer.draw(gpu, frame, picture.view());
+        picture.read(gpu).unwrap()
+    };
+    let mut lost = Renderer::new(&gpu, OFFSCREEN_FORMAT, Quality::FIXED);
+    look(&mut lost, &gpu, &first);
+    let before = look(&mut lost, &gpu, &second);
+    let mut other = Renderer::new(&other_gpu, OFFSCREEN_FORMAT, Quality::FIXED);
+    assert_eq!(before.pixel(20, 20), Some([10, 0, 0, 255]));
+    assert_ne!(look(&mut other, &other_gpu, &second), before, "without the images");
+    other.replace(&other_gpu, lost);
+    assert_eq!(look(&mut other, &other_gpu, &second), before);
 }
 
 #[test]

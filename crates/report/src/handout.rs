@@ -30,6 +30,8 @@ pub struct Handout {
     pub minutes: u32,
     /// Name of the file of its page.
     pub page: String,
+    /// Address at which it is played, if there is one.
+    pub played_at: Option<String>,
     /// Its steps.
     pub steps: Vec<HandoutStep>,
 }
@@ -61,7 +63,10 @@ pub struct HandoutStep {
 pub fn handout(lesson: &Handout) -> String {
     let sections: String =
         (1..).zip(&lesson.steps).map(|(number, step)| section(number, step)).collect();
-    let lead = format!("{} Belongs to: {}.", html(&lesson.about), html(&lesson.belongs_to));
+    let mut lead = format!("{} Belongs to: {}.", html(&lesson.about), html(&lesson.belongs_to));
+    if let Some(address) = lesson.played_at.as_deref().map(html) {
+        lead += &format!(" Play it: <a href=\"{address}\">{address}</a>");
+    }
     document(&lesson.title, &lead, &format!("{RULES}{TWO_TO_A_PAGE}"), WHO, &sections, "")
 }
 
@@ -164,6 +169,7 @@ mod tests {
             step(&[], Some("m/s"), Some("17.5")),
         ];
         let lesson = Handout {
+            played_at: None,
             title: "A".to_owned(),
             about: "B.".to_owned(),
             belongs_to: "C".to_owned(),

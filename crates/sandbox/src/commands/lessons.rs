@@ -20,6 +20,7 @@ Examples:
   sandbox lessons
   sandbox lessons check force
   sandbox lessons --html pages
+  sandbox lessons --html pages --page https://example.org/inertia/play.html
   sandbox lessons --html pages my.ron";
 
 /// Lists lessons, checks one, or writes pages of all.
@@ -31,6 +32,9 @@ pub(crate) struct LessonsArgs {
     /// Write a page for each lesson, to be printed, one with the answers, and an index
     #[arg(long, value_name = "DIR")]
     html: Option<PathBuf>,
+    /// Address of play.html of the web page, to link the pages to: see docs/web.md
+    #[arg(long, value_name = "URL", requires = "html")]
+    page: Option<String>,
     /// The lessons of the pages: names or files [default: all of the program]
     #[arg(value_name = "LESSON", requires = "html")]
     lessons: Vec<String>,
@@ -62,7 +66,7 @@ pub(crate) fn run(args: &LessonsArgs) -> Result<(), Failure> {
                 .iter()
                 .map(|name| files.lesson(name))
                 .collect::<Result<Vec<_>, _>>()?;
-            pages::write(folder, lessons, &files)
+            pages::write(folder, lessons, args.page.as_deref(), &files)
         }
         (None, None) => {
             let rows = shipped().iter().map(|(name, text)| {

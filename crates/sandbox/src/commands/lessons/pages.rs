@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use render::Quality;
-use report::{Handout, HandoutStep, answers, handout, index};
-use scene::lesson::{Goal, Lesson, shipped};
+use report::{Handout, HandoutStep, answers, handout as handout_page, index};
+use scene::lesson::{Goal, Lesson, is_shipped, shipped};
 
 use crate::args::cores;
 use crate::failure::Failure;
@@ -23,6 +23,7 @@ const SIZE: [u32; 2] = [960, 540];
 pub(super) fn write(
     folder: &Path,
     mut lessons: Vec<Lesson>,
+    page: Option<&str>,
     files: &CommandFiles,
 ) -> Result<(), Failure> {
     if lessons.is_empty() {
@@ -53,10 +54,13 @@ pub(super) fn write(
     let mut camera = Camera::new(SIZE, Quality::HIGH)?;
     let (mut pages, mut written) = (Vec::new(), Vec::new());
     for (name, lesson) in names.iter().zip(&lessons) {
-        let page = played(lesson, name, &mut written, &mut camera)?;
-        written.push((page_name(name), handout(&page).into_bytes()));
+        let mut handout = played(lesson, name, &mut written, &mut camera)?;
+        // A web page has the lessons of the program.
+        let address = page.filter(|_| is_shipped(&lesson.name));
+        handout.played_at = address.map(|page| format!("{page}#lesson={}", lesson.name));
+        written.push((page_name(name), handout_page(&handout).into_bytes()));
         tell(&page_name(name));
-        pages.push(page);
+        pages.push(handout);
     }
     written.push((INDEX.to_owned(), index(&pages, ANSWERS).into_bytes()));
     tell(INDEX);
@@ -127,6 +131,7 @@ fn played(
         belongs_to: lesson.page.clone(),
         minutes: lesson.minutes,
         page: page_name(name),
+        played_at: None,
         steps,
     })
 }
