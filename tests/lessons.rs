@@ -3,7 +3,8 @@
 use std::fs;
 
 use glam::DVec2;
-use lab::lesson::Quantities;
+use lab::lesson::{Quantities, RunLimit, run_lesson};
+use sandbox::Order;
 use sandbox::input::{Button, Input};
 use scene::lesson::{Goal, Lesson, shipped};
 
@@ -168,6 +169,16 @@ fn the_lesson_of_the_document_is_one() {
     check(text).fine();
 }
 
+/// Begins the lesson that was ordered, as the window does: it is the first one.
+fn begin_ordered(cockpit: &mut Cockpit) {
+    let session = &mut cockpit.drive.session;
+    assert_eq!(session.stage.take_orders(), [Order::Lesson("force".to_owned())]);
+    let lesson = scene::lesson::load("force").unwrap();
+    let of_runs = run_lesson(&lesson, 1.0, RunLimit::USUAL).unwrap();
+    session.open(scene::load("tutorial").unwrap());
+    session.begin_lesson(lesson, of_runs);
+}
+
 #[test]
 fn the_first_lesson_is_done_by_mouse_alone() {
     let mut cockpit = Cockpit::of("tutorial", [1280, 720]);
@@ -176,10 +187,7 @@ fn the_first_lesson_is_done_by_mouse_alone() {
     cockpit.drive.ticks(3);
     cockpit.click("1 What a force does");
     cockpit.drive.ticks(3);
-    let scene = cockpit.drive.session.stage.take_orders();
-    assert_eq!(format!("{scene:?}"), r#"[Open("tutorial")]"#);
-    let open = scene::load("tutorial").unwrap();
-    cockpit.drive.session.open(open);
+    begin_ordered(&mut cockpit);
     cockpit.press("F");
     let step = |cockpit: &Cockpit| cockpit.session().tools.lesson().unwrap().step;
     // A click on another body does not do it.
@@ -219,7 +227,8 @@ fn the_first_lesson_is_done_by_mouse_alone() {
     assert!(cockpit.session().arrangement().contains("lesson_done force\n"));
     cockpit.click("Next: Mass and inverse mass");
     cockpit.drive.ticks(3);
-    assert_eq!(cockpit.session().tools.lesson().unwrap().name, "mass");
+    let orders = cockpit.drive.session.stage.take_orders();
+    assert_eq!(orders, [Order::Lesson("mass".to_owned())]);
 }
 
 #[test]
@@ -265,6 +274,8 @@ fn the_first_start_shows_a_card_until_a_lesson_begins() {
     assert!(cockpit.has("✔ Drag a ball."));
     assert!(!cockpit.session().arrangement().contains("welcome"));
     cockpit.click("Start the first lesson (2 min)");
+    cockpit.drive.ticks(3);
+    begin_ordered(&mut cockpit);
     cockpit.drive.ticks(3);
     assert_eq!(cockpit.session().tools.lesson().unwrap().name, "force");
     assert!(!cockpit.has("✔ Drag a ball."));

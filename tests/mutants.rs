@@ -131,8 +131,8 @@ pub const MUTANTS: &[Mutant] = &[
     Mutant {
         mistake: "a scene that could not be saved is left",
         file: "crates/sandbox/src/output/orders.rs",
-        from: "Order::Open(_) | Order::Quit if unsaved => {}",
-        to: "Order::Open(_) | Order::Quit if unsaved && false => {}",
+        from: "Order::Open(_) | Order::Lesson(_) | Order::Quit if unsaved => {}",
+        to: "Order::Open(_) | Order::Lesson(_) | Order::Quit if unsaved && false => {}",
         killed_by: "window::a_scene_that_could_not_be_saved_is_not_left",
     },
     Mutant {

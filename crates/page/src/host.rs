@@ -7,6 +7,10 @@ extern "C" {
     /// What the page's script does for the program.
     pub type Host;
 
+    /// Whether this is a Mac, whose control key is Command.
+    #[wasm_bindgen(method)]
+    pub fn is_mac(this: &Host) -> bool;
+
     /// The text that is kept under a name, from visit to visit.
     #[wasm_bindgen(method)]
     pub fn get(this: &Host, name: &str) -> Option<String>;

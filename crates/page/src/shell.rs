@@ -12,6 +12,7 @@ use cockpit::app::frame_loop::{FrameLoop, SHORTEST_FRAME_S};
 use cockpit::app::session::{DEFAULT_FPS, Session};
 use cockpit::input::keyboard::{Keyboard, Modifiers};
 use cockpit::input::{Button, Input, Key};
+use cockpit::stage::Order;
 use cockpit::stage::notices::Topic;
 use cockpit::stage::options::Options;
 use cockpit::view::on_device::{check, slow_words};
@@ -32,6 +33,9 @@ const ARRANGEMENT: &str = "window";
 
 /// Frames in which fonts are read and the panels are laid out for the first time.
 const FRAMES_OF_START: u64 = 3;
+
+/// Name of the scene of a link that carries its text.
+const LINKED: &str = "link";
 
 /// The arrangement of a narrow page that is seen for the first time.
 const NARROW: &str = "toggle_dock off\n";
@@ -108,7 +112,7 @@ impl Shell {
         let mut shell = Self {
             session,
             frames: FrameLoop::default(),
-            keyboard: Keyboard::new(host.get("is_mac").is_some()),
+            keyboard: Keyboard::new(host.is_mac()),
             host,
             down: HashMap::new(),
             buttons: 0,
@@ -269,16 +273,18 @@ impl Shell {
         }
     }
 
+    /// Opens what a link names, in place of what is open.
     pub fn open_link(&mut self, link: Link) {
-        let opened = match &link.lesson {
-            Some(lesson) => self.begin_lesson(lesson),
-            None => scene_of(&link).map_err(|error| error.to_string()).map(|scene| {
-                self.session.open(scene);
-                self.frames.opened = true;
-                self.opened();
-            }),
+        let order = match (link.lesson, link.text) {
+            (Some(lesson), _) => Order::Lesson(lesson),
+            (None, Some(text)) => {
+                self.given.insert(LINKED.to_owned(), text);
+                Order::Open(LINKED.to_owned())
+            }
+            (None, None) => Order::Open(link.name.unwrap_or_else(|| "tutorial".to_owned())),
         };
-        self.tell(opened);
+        self.session.leave(order);
+        self.frames.wake();
     }
 
     fn tell(&mut self, done: Result<(), String>) {
@@ -307,17 +313,18 @@ impl Shell {
         let is_lesson =
             |name: &&String| self.given.get(*name).is_some_and(|text| scene::lesson::is_text(text));
         if let Some(lesson) = names.iter().find(is_lesson) {
-            return self.begin_lesson(lesson);
+            self.session.leave(Order::Lesson(lesson.clone()));
+        } else if let Some(name) = names.pop() {
+            self.session.leave(Order::Open(name));
         }
-        let Some(name) = names.first() else { return Ok(()) };
-        let scene = self.load(name).map_err(|error| error.to_string())?;
-        self.session.open(scene);
-        self.frames.opened = true;
-        self.opened();
         Ok(())
     }
 
     fn open_bundle(&mut self, name: &str, bytes: &[u8]) -> Result<(), String> {
+        if self.session.has_unsaved_changes() {
+            let what = "this scene has unsaved changes; save or undo them first";
+            return Err(format!("{name}: {what}"));
+        }
         let bundle = Bundle::read(bytes).map_err(|error| format!("{name}: {error}"))?;
         let options = Options { size_px: self.size_px, ..Options::default() };
         let (mut session, repetition) =
@@ -507,7 +514,7 @@ fn speed(world: &World, body: Entity) -> Option<f64> {
 /// The scene that a link names: the tutorial if it names none.
 fn scene_of(link: &Link) -> Result<Scene, SceneError> {
     match (&link.text, &link.name) {
-        (Some(text), _) => Scene::parse("link", text),
+        (Some(text), _) => Scene::parse(LINKED, text),
         (None, name) => scene::load(name.as_deref().unwrap_or("tutorial")),
     }
 }

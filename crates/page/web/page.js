@@ -18,8 +18,8 @@ const say = (text, detail = '') => {
 
 // What the program asks for.
 const host = {
+    is_mac: () => /Mac|iPhone|iPad/.test(navigator.platform),
     get(name) {
-        if (name === 'is_mac') return /Mac|iPhone|iPad/.test(navigator.platform) ? 'yes' : undefined;
         try {
             return localStorage.getItem(KEPT + name) ?? undefined;
         } catch {

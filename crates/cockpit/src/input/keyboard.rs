@@ -48,7 +48,7 @@ impl Keyboard {
             _ => key.strip_prefix("Arrow").unwrap_or(key),
         };
         if let Ok(named) = name.parse::<Key>()
-            && named.name().len() > 1
+            && named.name().chars().count() > 1
             && named.name() == name
         {
             return Some(named.with_shift(shift));

@@ -226,14 +226,16 @@ impl Shell {
         files: CommandFiles,
         proxy: EventLoopProxy<Event>,
     ) -> Self {
+        let mut frames = FrameLoop::default();
+        frames.wake();
         Self {
+            frames,
             proxy,
             session,
             recorder,
             screen: None,
             drafts,
             pointer: Pointer::default(),
-            frames: FrameLoop::default(),
             down: HashMap::new(),
             modifiers: ModifiersState::empty(),
             keyboard: Keyboard::new(cfg!(target_os = "macos")),
