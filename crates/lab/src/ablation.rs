@@ -53,7 +53,7 @@ pub fn ablate(scene: &Scene, ticks: u64) -> Ablation {
     let particles = full.particle_keys();
     let variants: Vec<_> =
         [Vec::new()].into_iter().chain(effects.iter().map(|effect| vec![*effect])).collect();
-    let times = StepTimes::new(&scene, variants.clone(), ticks).all_ns();
+    let times = StepTimes::new(&scene, variants, ticks).all_ns();
     let ns = times[0];
     let rows = effects
         .iter()
