@@ -131,6 +131,8 @@ impl Shell {
             counts: Counts::default(),
             given: HashMap::new(),
         };
+        // A page that draws late is taken for one that hangs.
+        shell.frames.patience_s = 0.05;
         if let Some(said) = said {
             shell.session.stage.notices.say(Topic::File, said);
         }

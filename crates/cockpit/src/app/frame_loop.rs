@@ -13,10 +13,6 @@ use crate::stage::Stage;
 /// Shortest time between two frames, s: vertical sync does not pace every display.
 pub const SHORTEST_FRAME_S: f64 = 0.004;
 
-/// Longest time that the ticks of a frame may take, s; the others are dropped, and reported like those of a hitch. Scenes of more
-/// ticks per second than there is time for run slower, and never stop the window.
-const PATIENCE_S: f64 = 0.25;
-
 /// Frames that are drawn after something happened: panels may take their place one layout later.
 const SETTLING_FRAMES: u32 = 3;
 
@@ -24,12 +20,14 @@ const SETTLING_FRAMES: u32 = 3;
 pub type Record<'a> = dyn FnMut(&mut Session, f64, &[Input]) + 'a;
 
 /// Input that waits for the next frame, and when that is due. Times are in seconds since the start of the shell's clock.
-#[derive(Default)]
 pub struct FrameLoop {
     /// Input that came since the last frame.
     pub events: Vec<Input>,
     /// Whether a scene was opened whose bodies are to be framed once the view has its place.
     pub opened: bool,
+    /// Longest time that the ticks of a frame may take, s; the others are dropped, and reported like those of a hitch. Scenes of
+    /// more ticks per second than there is time for run slower, and never stop the shell.
+    pub patience_s: f64,
     clock: FrameClock,
     last: Option<f64>,
     /// Frames to be drawn before the shell may rest.
@@ -37,6 +35,21 @@ pub struct FrameLoop {
     /// Whether the shell has waited since the last frame, because nothing changed.
     rested: bool,
     speed: Speed,
+}
+
+impl Default for FrameLoop {
+    fn default() -> Self {
+        Self {
+            events: Vec::new(),
+            opened: false,
+            patience_s: 0.25,
+            clock: FrameClock::default(),
+            last: None,
+            unsettled: SETTLING_FRAMES,
+            rested: false,
+            speed: Speed::default(),
+        }
+    }
 }
 
 impl FrameLoop {
@@ -107,7 +120,7 @@ impl FrameLoop {
             self.events.splice(0..0, events);
             return;
         };
-        let patience = if record.is_some() { f64::INFINITY } else { PATIENCE_S };
+        let patience = if record.is_some() { f64::INFINITY } else { self.patience_s };
         if let Some(record) = record {
             record(session, time.total(), &events);
         }

@@ -226,10 +226,8 @@ impl Shell {
         files: CommandFiles,
         proxy: EventLoopProxy<Event>,
     ) -> Self {
-        let mut frames = FrameLoop::default();
-        frames.wake();
         Self {
-            frames,
+            frames: FrameLoop::default(),
             proxy,
             session,
             recorder,
