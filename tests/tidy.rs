@@ -111,19 +111,8 @@ const NEVER: &[Never] = &[
     Never { folders: &["crates/render/src"], except: &[], words: &["bevy_ecs", "motion::"] },
     // What a page has otherwise is a door of its crate, or in a manifest.
     Never {
-        folders: &[
-            "crates/motion/src",
-            "crates/pick/src",
-            "crates/swarm/src",
-            "crates/scene/src",
-            "crates/history/src",
-            "crates/render/src",
-            "crates/lab/src",
-            "crates/report/src",
-            "crates/cockpit/src",
-            "crates/sandbox/src",
-        ],
-        except: &["crates/lab/src/clock.rs"],
+        folders: &["crates"],
+        except: &["crates/lab/src/clock.rs", "crates/page"],
         words: &["wasm"],
     },
     // Scenes and their worlds need the logs of particles on a graphics device, and no device.

@@ -84,6 +84,7 @@ const tests = {
             await click(tab, 'grid.x0.z4', 'right');
             await tab.until(at('force', 3));
             await tab.click('answer', 'TextInput');
+            await tab.until(state => state.takes_text);
             await tab.tab.keyboard.type('5', { delay: 60 });
             await tab.click('Answer');
             await tab.until(at('force', 4));

@@ -156,7 +156,8 @@ pub fn run_lesson(lesson: &Lesson, times: f64, limit: RunLimit) -> Result<Quanti
     if runs.work(limit.seconds) {
         return Ok(runs.all);
     }
-    let (number, seconds) = runs.place();
+    let number = lesson.runs.len() - 1 - runs.left.len();
+    let seconds = runs.present.as_ref().map_or(0.0, |run| run.simulation.seconds());
     let (what, of) = (limit.seconds, lesson.runs[number].seconds);
     let what = format!(
         "its runs take more than {what} s: runs[{number}] came to {seconds:.3} s of {of} s"
@@ -166,10 +167,9 @@ pub fn run_lesson(lesson: &Lesson, times: f64, limit: RunLimit) -> Result<Quanti
 
 /// The runs of a lesson, in slices.
 pub struct LessonRuns {
-    /// The runs that have not begun, the next one last, and their scenes.
+    /// The later runs, the next one last, and their scenes.
     left: Vec<(Scene, LessonRun)>,
     present: Option<Measured>,
-    begun: usize,
     all: Quantities,
 }
 
@@ -193,7 +193,7 @@ impl LessonRuns {
         };
         let mut left = lesson.runs.iter().map(scene).collect::<Result<Vec<_>, _>>()?;
         left.reverse();
-        Ok(Self { left, present: None, begun: 0, all: Quantities::default() })
+        Ok(Self { left, present: None, all: Quantities::default() })
     }
 
     /// Simulates until `seconds` of the thread's time have passed. Returns whether all runs are done.
@@ -206,7 +206,6 @@ impl LessonRuns {
             if self.present.is_none() {
                 let Some((scene, run)) = self.left.pop() else { return true };
                 self.present = Some(Measured::begin(scene, run));
-                self.begun += 1;
             }
             if let Some(run) = self.present.as_mut().filter(|run| run.ticks > 0) {
                 if thread_time() - start > seconds {
@@ -215,12 +214,6 @@ impl LessonRuns {
                 run.tick();
             }
         }
-    }
-
-    /// The number of the present run, and the seconds that it has simulated.
-    fn place(&self) -> (usize, f64) {
-        let seconds = self.present.as_ref().map_or(0.0, |run| run.simulation.seconds());
-        (self.begun.saturating_sub(1), seconds)
     }
 
     /// What all runs together measured.

@@ -165,7 +165,7 @@ impl Page {
         self.0.borrow_mut().open_files(names.into_iter().zip(contents).collect());
     }
 
-    /// Opens the scene or the lesson of a link, after the page has begun.
+    /// Opens the scene or the lesson of a link in place of what is open.
     pub fn open_link(&self, name: Option<String>, text: Option<String>, lesson: Option<String>) {
         self.0.borrow_mut().open_link(Link { name, text, lesson, bare: false });
     }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use bevy_ecs::prelude::{Entity, World};
 use cockpit::Control;
-use cockpit::actions::{Act, Binding, Hold, Lasts, binding};
+use cockpit::actions::{Act, Binding, binding};
 use cockpit::app::arrangement::{FIRST_START, with_changes};
 use cockpit::app::frame_loop::{FrameLoop, SHORTEST_FRAME_S};
 use cockpit::app::session::{DEFAULT_FPS, Session};
@@ -15,7 +15,7 @@ use cockpit::input::{Button, Input, Key};
 use cockpit::stage::Order;
 use cockpit::stage::notices::Topic;
 use cockpit::stage::options::Options;
-use cockpit::view::on_device::{check, slow_words};
+use cockpit::view::on_device::words;
 use history::Bundle;
 use lab::lesson::LessonRuns;
 use motion::{Gravity, PhysicsBody};
@@ -195,11 +195,8 @@ impl Shell {
     /// Tells the person what of the scene the device cannot do.
     fn tell_of_device(&mut self) {
         let Some(screen) = &self.screen else { return };
-        let scene = &self.session.stage.sim().scene;
-        let missing = check(&screen.gpu, scene).err().map(|(_, what)| what);
-        if let Some(words) = missing.or_else(|| slow_words(&screen.gpu, scene)) {
-            self.session.stage.notices.say(Topic::Other, words);
-        }
+        let words = words(&screen.gpu, &self.session.stage.sim().scene);
+        words.into_iter().for_each(|words| self.session.stage.notices.say(Topic::Other, words));
     }
 
     pub fn input(&mut self, input: Input) {
@@ -223,8 +220,7 @@ impl Shell {
         let row = binding(&key);
         if !repeats || self.session.takes_text() || row.is_some_and(Binding::repeats) {
             self.mode_changes |= row.is_some_and(|row| row.act == Act::ToggleMode);
-            self.note_time(&key);
-            self.input(Input::KeyDown(key.clone()));
+            self.take_key(key.clone(), true);
             self.down.insert(code.to_owned(), key.clone());
         }
         let is_named = key.name().chars().count() > 1;
@@ -237,16 +233,13 @@ impl Shell {
 
     pub fn key_up(&mut self, code: &str) -> bool {
         let Some(key) = self.down.remove(code) else { return false };
-        self.note_time(&key);
-        self.input(Input::KeyUp(key));
+        self.take_key(key, false);
         true
     }
 
-    /// Records when a key that pushes goes down or up, between two frames.
-    fn note_time(&mut self, key: &Key) {
-        if binding(key).is_some_and(|row| matches!(row.lasts, Lasts::While(Hold::Push(_)))) {
-            self.input(Input::At(self.start.elapsed().as_secs_f64()));
-        }
+    fn take_key(&mut self, key: Key, down: bool) {
+        self.frames.wake();
+        self.frames.key(key, down, self.start.elapsed().as_secs_f64());
     }
 
     pub fn pointer(&mut self, place: [f64; 2], by: [f64; 2]) {

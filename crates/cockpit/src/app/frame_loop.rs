@@ -3,11 +3,11 @@
 use std::ops::ControlFlow;
 use std::time::Duration;
 
-use crate::actions::Act;
+use crate::actions::{Act, Hold, Lasts, binding};
 use crate::app::session::Session;
 use crate::app::speed::{Sample, Speed, SpeedSetting};
 use crate::clock::FrameClock;
-use crate::input::{Input, InputFrame};
+use crate::input::{Input, InputFrame, Key};
 use crate::stage::Stage;
 
 /// Shortest time between two frames, s: vertical sync does not pace every display.
@@ -57,6 +57,14 @@ impl FrameLoop {
     pub fn press(&mut self, act: Act) {
         let key = act.key();
         self.events.extend([Input::KeyDown(key.clone()), Input::KeyUp(key)]);
+    }
+
+    /// Takes a key that went down or up at `now`. Of one that pushes, the time counts, which is between two frames.
+    pub fn key(&mut self, key: Key, down: bool, now: f64) {
+        if binding(&key).is_some_and(|row| matches!(row.lasts, Lasts::While(Hold::Push(_)))) {
+            self.events.push(Input::At(now));
+        }
+        self.events.push(if down { Input::KeyDown(key) } else { Input::KeyUp(key) });
     }
 
     /// Lets the next frames be drawn, because something happened.

@@ -72,6 +72,13 @@ pub fn check(gpu: &Gpu, scene: &Scene) -> Result<(), (SwarmError, String)> {
     })
 }
 
+/// What a person is told of a scene on an adapter that cannot hold its particles, or is slow to draw them.
+#[must_use]
+pub fn words(gpu: &Gpu, scene: &Scene) -> Option<String> {
+    let missing = check(gpu, scene).err().map(|(_, what)| what);
+    missing.or_else(|| slow_words(gpu, scene))
+}
+
 /// Estimated time per particle of a picture that is drawn in software, s: measured by `--bench frames` on two cores.
 const DRAWN_IN_SOFTWARE_S: f64 = 0.8e-6;
 

@@ -10,13 +10,12 @@ use super::forecast_start;
 use super::screen::Screen;
 use crate::failure::Failure;
 use crate::output::command_files::CommandFiles;
-use crate::output::on_device::check;
 use crate::output::orders::{Kind, Program};
 use crate::output::scenes::save_scene;
 use cockpit::app::session::Session;
 use cockpit::stage::SceneFile;
 use cockpit::stage::notices::Topic;
-use cockpit::view::on_device::slow_words;
+use cockpit::view::on_device::words;
 
 /// A window as the program around its session.
 pub(super) struct WindowProgram<'a> {
@@ -68,9 +67,7 @@ impl Program for WindowProgram<'_> {
         forecast_start(session);
         // The scene runs even without its particles, and the person is told what is missing.
         if let Some(screen) = &self.screen {
-            let scene = &session.stage.sim().scene;
-            let missing = check(&screen.screen.gpu, scene).err().map(|failure| failure.to_string());
-            let said = missing.or_else(|| slow_words(&screen.screen.gpu, scene));
+            let said = words(&screen.screen.gpu, &session.stage.sim().scene);
             said.into_iter().for_each(|words| session.stage.notices.say(Topic::Other, words));
         }
         Ok(())

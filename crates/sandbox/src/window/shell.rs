@@ -27,7 +27,7 @@ use crate::output::command_files::CommandFiles;
 use crate::output::on_device::check;
 use crate::output::orders::{BUNDLE, Program as _, carry_out};
 use crate::output::tell;
-use cockpit::actions::{Act, Binding, Hold, Lasts, binding};
+use cockpit::actions::{Act, Binding, binding};
 use cockpit::app::frame_loop::{FrameLoop, Record, SHORTEST_FRAME_S};
 use cockpit::app::session::Session;
 use cockpit::input::keyboard::{Keyboard, Modifiers};
@@ -309,15 +309,13 @@ impl Shell {
                 if !event.repeat || self.session.takes_text() || repeats() {
                     self.mode_changes |=
                         binding(&key).is_some_and(|row| row.act == Act::ToggleMode);
-                    self.note_time(&key);
-                    self.frames.events.push(Input::KeyDown(key.clone()));
+                    self.frames.key(key.clone(), true, self.seconds());
                     self.down.insert(event.physical_key, key);
                 }
             }
             ElementState::Released => {
                 if let Some(key) = self.down.remove(&event.physical_key) {
-                    self.note_time(&key);
-                    self.frames.events.push(Input::KeyUp(key));
+                    self.frames.key(key, false, self.seconds());
                 }
             }
         }
@@ -342,13 +340,6 @@ impl Shell {
             logo: self.modifiers.super_key(),
         };
         self.keyboard.named(&key, &code, modifiers)
-    }
-
-    /// Records when a key that pushes goes down or up, between two frames.
-    fn note_time(&mut self, key: &Key) {
-        if binding(key).is_some_and(|row| matches!(row.lasts, Lasts::While(Hold::Push(_)))) {
-            self.frames.events.push(Input::At(self.seconds()));
-        }
     }
 
     /// Whether the window is not seen. A window with the keyboard is not minimized, which saves asking the system.
