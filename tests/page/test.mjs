@@ -161,6 +161,117 @@ const tests = {
         });
     },
 
+    async 'text is pasted, composed by an input method, and copied'() {
+        await withTab('webgl&scene=orbit', { permissions: ['clipboard-read', 'clipboard-write'] }, async tab => {
+            const { keyboard } = tab.tab;
+            const find = async () => {
+                await keyboard.press('Control+o', { delay: 60 });
+                await tab.until(state => state.takes_text);
+            };
+            const clipboard = () => tab.tab.evaluate(() => navigator.clipboard.readText());
+            await tab.tab.evaluate(() => navigator.clipboard.writeText('oscill'));
+            await find();
+            await keyboard.press('Control+v', { delay: 60 });
+            await tab.tab.waitForTimeout(500);
+            await tab.tab.evaluate(() => navigator.clipboard.writeText('nothing'));
+            await keyboard.press('Control+a', { delay: 60 });
+            await keyboard.press('Control+c', { delay: 60 });
+            await tab.tab.waitForFunction(async () => await navigator.clipboard.readText() === 'oscill');
+            await keyboard.press('Control+x', { delay: 60 });
+            await tab.tab.waitForTimeout(500);
+            await keyboard.press('Control+v', { delay: 60 });
+            await keyboard.press('Enter', { delay: 60 });
+            await tab.until(state => state.scene === 'oscillator');
+            assert.equal(await clipboard(), 'oscill');
+            const session = await tab.tab.context().newCDPSession(tab.tab);
+            await find();
+            for (const text of ['b', 'br', 'bri']) {
+                await session.send('Input.imeSetComposition', { text, selectionStart: text.length, selectionEnd: text.length });
+                await tab.tab.waitForTimeout(200);
+            }
+            await session.send('Input.insertText', { text: 'bridge' });
+            await keyboard.press('Enter', { delay: 60 });
+            await tab.until(state => state.scene === 'bridge');
+        });
+    },
+
+    async 'a lesson is opened with its scene, and samples are saved as a table'() {
+        const scene = readFileSync(join(ROOT, 'crates/scene/assets/scenes/oscillator.ron'), 'utf8')
+            .replace('name: "oscillator"', 'name: "own"');
+        const guide = readFileSync(join(ROOT, 'docs/lessons.md'), 'utf8');
+        const lesson = /```ron\n([^`]*steps:[^`]*)```/.exec(guide)[1].replace('scene: "oscillator"', 'scene: "own.ron"');
+        await withTab('webgl&scene=orbit', {}, async tab => {
+            const file = (name, text) => ({ name, mimeType: '', buffer: Buffer.from(text) });
+            await tab.tab.setInputFiles('#files', [file('first.ron', lesson), file('own.ron', scene)]);
+            await tab.until(at('first.ron', 0));
+            assert.equal((await tab.state()).scene, 'own');
+            await tab.tab.keyboard.press('y', { delay: 60 });
+            await tab.tab.keyboard.press('k', { delay: 60 });
+            const ticks = (await tab.state()).ticks;
+            await tab.until(state => state.ticks > ticks + 60);
+            const [table] = await Promise.all([tab.tab.waitForEvent('download'), tab.click('Save CSV')]);
+            assert.equal(table.suggestedFilename(), 'graph_001.csv');
+            const [head, ...rows] = readFileSync(await table.path(), 'utf8').trim().split(/\r?\n/);
+            assert.match(head, /^time_s,position_x_m,/);
+            // A sample per frame.
+            assert.ok(rows.length > 5 && rows.every(row => row.split(',').length === head.split(',').length));
+        });
+    },
+
+    async 'two tabs keep their own changes'() {
+        await withTab('webgl&scene=oscillator', {}, async (one, context) => {
+            // The second tab has the editor open, as the first left it.
+            const change = async (tab, keys) => {
+                for (const key of keys) await tab.tab.keyboard.press(key, { delay: 60 });
+                return tab.until(state => state.unsaved);
+            };
+            await change(one, ['m', 'k', 'Control+d']);
+            const other = await Tab.open(context, play('webgl&scene=orbit'));
+            assert.ok(!(await other.state()).asks, 'the changes of an open tab are offered');
+            const { bodies } = await change(other, ['k', 'Control+d']);
+            await one.tab.close();
+            const third = await Tab.open(context, play('webgl&scene=springs'));
+            await third.until(state => state.asks);
+            await third.click('Open them');
+            const opened = await third.until(state => state.unsaved && !state.asks);
+            assert.notEqual(opened.bodies, bodies, 'the changes of the tab that was closed are opened');
+            assert.ok((await other.state()).unsaved);
+        });
+    },
+
+    async 'without graphics there is a sentence and a still picture'() {
+        const { context, close } = await browser();
+        try {
+            await context.addInitScript(() => {
+                HTMLCanvasElement.prototype.getContext = () => null;
+                Object.defineProperty(navigator, 'gpu', { value: undefined });
+            });
+            const tab = await context.newPage();
+            await tab.goto(play('scene=tutorial'));
+            await tab.waitForFunction(() => !document.getElementById('still').hidden);
+            assert.match(await tab.textContent('#words'), /offers no graphics .*, so there is only a still picture/);
+            assert.ok(await tab.evaluate(() => document.getElementById('still').naturalWidth > 100));
+            await tab.screenshot({ path: join(OUT, 'no-graphics.png') });
+        } finally {
+            await close();
+        }
+    },
+
+    async 'a panic says so, and the changes are offered again'() {
+        await withTab('webgl&scene=oscillator', {}, async tab => {
+            for (const key of ['m', 'k', 'Control+d']) await tab.tab.keyboard.press(key, { delay: 60 });
+            await tab.until(state => state.unsaved);
+            await tab.tab.waitForTimeout(500);
+            await tab.tab.evaluate(async () => (await import('./pkg/page.js')).panic('of a test')).catch(() => {});
+            assert.match(await tab.tab.textContent('#words'), /The program has ended\. Unsaved changes are offered.*of a test/s);
+            await tab.tab.screenshot({ path: join(OUT, 'panic.png') });
+            tab.said = [];
+            await tab.tab.click('#again');
+            await tab.started();
+            await tab.until(state => state.asks);
+        });
+    },
+
     async 'a lost context is replaced, and the run goes on'() {
         await withTab('webgl&scene=springs', {}, async tab => {
             const before = await tab.state();
@@ -261,12 +372,29 @@ const tests = {
             for (const [, name] of names) {
                 const other = await Tab.open(tab.tab.context(), play(`webgl&scene=${name}`));
                 // The panels of studies, one after the other.
-                for (const key of ['c', 'e', 'y', 'l', 'v']) await other.tab.keyboard.press(key, { delay: 60 });
+                for (const key of ['c', 'e', 'y', 'b', 'v', 't']) await other.tab.keyboard.press(key, { delay: 60 });
                 const { longest_ms: longest } = await other.until(state => state.frames > 30);
                 if (longest > 100) long.push(`${name} ${longest.toFixed(0)} ms`);
                 await other.tab.close();
             }
             console.log(`  longer than 100 ms without the picture: ${long.join(', ') || 'none'}`);
+        });
+    },
+
+    // Nothing is judged: times are those of this machine and this moment.
+    async 'a step is timed beside one of the native program'() {
+        await withTab('webgl&scene=orbit', {}, async tab => {
+            for (const name of ['orbit', 'thousand', 'flag']) {
+                const ours = JSON.parse(await tab.tab.evaluate(async name => (await import('./pkg/page.js')).study_of(name), name));
+                const { studies: [theirs] } = JSON.parse(native('cost', name, '--quick', '--seconds', '0.5', '--format', 'json'));
+                const ratios = ours.cells.flatMap(cell => {
+                    const other = theirs.cells.find(({ method, substeps }) => method === cell.method && substeps === cell.substeps);
+                    return cell.time && other?.time ? cell.time.ns_per_body_step / other.time.ns_per_body_step : [];
+                }).sort((a, b) => a - b);
+                assert.ok(ratios.length > 10);
+                const at = part => ratios[Math.floor(part * (ratios.length - 1))].toFixed(2);
+                console.log(`  ${name}: a step takes ${at(0.5)} times the native one (median of ${ratios.length} settings, ${at(0)} to ${at(1)})`);
+            }
         });
     },
 

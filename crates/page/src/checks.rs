@@ -1,6 +1,7 @@
 //! What scripts/test-web asks of a page beside its events.
 
 use cockpit::app::pupil;
+use lab::cost::{Bench, Plan, Subject};
 use motion::Transform;
 use wasm_bindgen::prelude::*;
 
@@ -23,6 +24,23 @@ pub fn lessons() -> Vec<String> {
 pub fn check_lesson(name: &str) -> Result<String, JsError> {
     let lesson = scene::lesson::load(name).map_err(|error| JsError::new(&error.to_string()))?;
     pupil::check(&lesson).map_err(|error| JsError::new(&error.to_string()))
+}
+
+/// The study of the first half second of a scene, as JSON.
+#[wasm_bindgen]
+pub fn study_of(scene: &str) -> Result<String, JsError> {
+    let failed = |error: &dyn ToString| JsError::new(&error.to_string());
+    let scene = scene::load(scene).map_err(|error| failed(&error))?;
+    let plan = Plan { longer: 0, rates: false, ..Plan::quick(1) };
+    let mut bench = Bench::new(Subject::of_scene(scene, Some(0.5)), plan);
+    while !bench.work(1.0) {}
+    serde_json::to_string(bench.study()).map_err(|error| failed(&error))
+}
+
+/// Fails as a fault of the program does.
+#[wasm_bindgen]
+pub fn panic(why: &str) {
+    panic!("{why}");
 }
 
 #[wasm_bindgen]

@@ -15,7 +15,6 @@ use crate::shots::Shot;
 impl Shell {
     pub(crate) fn carry_out_orders(&mut self) {
         let orders = self.session.stage.take_orders();
-        self.frames.opened |= orders.iter().any(Order::leaves_scene);
         for order in orders {
             if let Err(why) = self.carry_out(order) {
                 self.session.stage.notices.say(Topic::File, why);

@@ -16,7 +16,7 @@ use cockpit::stage::Order;
 use cockpit::stage::notices::Topic;
 use cockpit::stage::options::Options;
 use cockpit::view::on_device::words;
-use history::Bundle;
+use history::{Bundle, Rerun, TIMELINE_BYTES};
 use lab::lesson::LessonRuns;
 use motion::{Gravity, PhysicsBody};
 use render::{RenderError, Screen};
@@ -51,10 +51,12 @@ pub(crate) struct Link {
     pub bare: bool,
 }
 
-/// A lesson whose runs are being simulated.
-struct Beginning {
-    lesson: Lesson,
-    runs: LessonRuns,
+/// What opens once it has been simulated.
+enum Opening {
+    /// A lesson with its runs.
+    Lesson(Box<(Lesson, LessonRuns)>),
+    /// A bundle with its name and its scene.
+    Bundle(Box<(String, Bundle, Scene, Rerun)>),
 }
 
 pub(crate) struct Shell {
@@ -82,7 +84,7 @@ pub(crate) struct Shell {
     arranged: Option<String>,
     /// Name of the draft of this page, and the text that it has.
     draft: (String, Option<Arc<str>>),
-    beginning: Option<Beginning>,
+    opening: Option<Opening>,
     pub shots: Vec<Shot>,
     pub counts: Counts,
     /// The texts of files that were given, by name.
@@ -126,7 +128,7 @@ impl Shell {
             longest_s: 0.0,
             arranged: None,
             draft: (draft, None),
-            beginning: None,
+            opening: None,
             shots: Vec::new(),
             counts: Counts::default(),
             given: HashMap::new(),
@@ -166,7 +168,7 @@ impl Shell {
         let card = if shows_card { FIRST_START } else { "" };
         self.frames.events.push(Input::Arrange(format!("{card}{left}")));
         self.arranged = Some(left);
-        self.frames.opened = true;
+        self.session.opened = true;
     }
 
     pub fn take_screen(&mut self, mut screen: Screen) {
@@ -315,54 +317,87 @@ impl Shell {
         Ok(())
     }
 
+    /// Checks that nothing is lost if a bundle replaces the scene.
+    fn may_leave(&self, name: &str) -> Result<(), String> {
+        let what = "this scene has unsaved changes; save or undo them first";
+        if self.session.has_unsaved_changes() { Err(format!("{name}: {what}")) } else { Ok(()) }
+    }
+
     fn open_bundle(&mut self, name: &str, bytes: &[u8]) -> Result<(), String> {
-        if self.session.has_unsaved_changes() {
-            let what = "this scene has unsaved changes; save or undo them first";
-            return Err(format!("{name}: {what}"));
-        }
-        let bundle = Bundle::read(bytes).map_err(|error| format!("{name}: {error}"))?;
-        let options = Options { size_px: self.size_px, ..Options::default() };
-        let (mut session, repetition) =
-            Session::of_bundle(&bundle, name, options, &mut |_| {}).map_err(|error| error.0)?;
-        session.show_repetition(name, &repetition, &bundle.manifest);
-        let arrangement = self.session.arrangement();
-        self.session = session;
-        self.frames.events.push(Input::Arrange(arrangement));
-        self.frames.wake();
+        self.may_leave(name)?;
+        let failed = |error: &dyn ToString| format!("{name}: {}", error.to_string());
+        let bundle = Bundle::read(bytes).map_err(|error| failed(&error))?;
+        let scene =
+            bundle.scene(&format!("{name}: scene.ron")).map_err(|error| error.to_string())?;
+        let rerun = Rerun::begin(scene.clone(), &bundle, TIMELINE_BYTES);
+        let rerun = rerun.map_err(|error| failed(&error))?;
+        let opening = Opening::Bundle(Box::new((name.to_owned(), bundle, scene, rerun)));
+        self.opening = Some(opening);
         Ok(())
     }
 
     /// Begins to simulate the runs of a lesson: one that was given, or a shipped one. Its scene opens when they are done.
     pub fn begin_lesson(&mut self, name: &str) -> Result<(), String> {
         let lesson = match self.given.get(name) {
-            Some(text) => Lesson::parse(name, text),
+            Some(text) => Lesson::parse_with(name, text, &|name| self.load(name)),
             None => scene::lesson::load(name),
         };
         let lesson = lesson.map_err(|error| error.to_string())?;
         let runs = LessonRuns::new(&lesson, 1.0, |name| self.load(name));
         let runs = runs.map_err(|error| error.to_string())?;
-        self.beginning = Some(Beginning { lesson, runs });
+        self.opening = Some(Opening::Lesson(Box::new((lesson, runs))));
         Ok(())
     }
 
-    fn work_on_lesson(&mut self) {
-        let Some(mut beginning) = self.beginning.take() else { return };
-        if !beginning.runs.work(WORK_OF_FRAME_S) {
-            let words = "measuring the runs of the lesson";
+    /// Continues to simulate what is opened next, and opens it at its end.
+    fn work_on_opening(&mut self) {
+        let Some(mut opening) = self.opening.take() else { return };
+        let is_over = match &mut opening {
+            Opening::Lesson(lesson) => lesson.1.work(WORK_OF_FRAME_S),
+            Opening::Bundle(bundle) => {
+                let (_, bundle, _, rerun) = &mut **bundle;
+                let start = Instant::now();
+                let is_over = || !rerun.tick(bundle);
+                let mut steps = std::iter::repeat_with(is_over).take_while(|is_over| {
+                    *is_over || start.elapsed().as_secs_f64() < WORK_OF_FRAME_S
+                });
+                steps.any(|is_over| is_over)
+            }
+        };
+        if !is_over {
+            let words = match &opening {
+                Opening::Lesson(_) => "measuring the runs of the lesson",
+                Opening::Bundle(_) => "repeating the run of the bundle",
+            };
             self.session.stage.notices.say(Topic::File, words);
-            self.beginning = Some(beginning);
+            self.opening = Some(opening);
             return;
         }
-        let Beginning { lesson, runs } = beginning;
-        match self.load(&beside(&lesson.name, &lesson.scene)) {
-            Ok(scene) => {
-                self.session.open(scene);
-                self.frames.opened = true;
+        let opened = self.open_simulated(opening);
+        self.tell(opened);
+    }
+
+    fn open_simulated(&mut self, opening: Opening) -> Result<(), String> {
+        match opening {
+            Opening::Lesson(lesson) => {
+                let (lesson, runs) = *lesson;
+                let scene = self.load(&beside(&lesson.name, &lesson.scene));
+                self.session.open(scene.map_err(|error| error.to_string())?);
                 self.opened();
                 self.session.begin_lesson(lesson, runs.measured());
             }
-            Err(error) => self.session.stage.notices.say(Topic::File, error.to_string()),
+            Opening::Bundle(bundle) => {
+                let (name, Bundle { manifest, .. }, scene, rerun) = *bundle;
+                self.may_leave(&name)?;
+                let options = Options { size_px: self.size_px, ..Options::default() };
+                let (mut session, repetition) = Session::of_rerun(rerun, scene, &manifest, options);
+                session.show_repetition(&name, &repetition, &manifest);
+                let arrangement = self.session.arrangement();
+                self.session = session;
+                self.frames.events.push(Input::Arrange(arrangement));
+            }
         }
+        Ok(())
     }
 
     pub fn shared(&self) -> Shared {
@@ -380,7 +415,7 @@ impl Shell {
         let start = self.start;
         let clock = || start.elapsed().as_secs_f64();
         let before = clock();
-        self.work_on_lesson();
+        self.work_on_opening();
         self.frames.frame(&mut self.session, &clock, None);
         if self.frame > FRAMES_OF_START {
             self.longest_s = self.longest_s.max(clock() - before);
@@ -425,7 +460,7 @@ impl Shell {
             }
         }
         let now = self.start.elapsed().as_secs_f64();
-        let works = self.beginning.is_some() || !self.shots.is_empty();
+        let works = self.opening.is_some() || !self.shots.is_empty();
         let due = self.frames.due(&mut self.session, now, SHORTEST_FRAME_S);
         after.due_s = if works { 0.0 } else { (due - now).max(0.0) };
         after
@@ -433,15 +468,8 @@ impl Shell {
 
     /// Keeps the unsaved changes in case the page is closed, instead of earlier ones.
     pub fn keep_draft(&mut self) {
-        let unsaved = self
-            .session
-            .has_unsaved_changes()
-            .then(|| Arc::clone(&self.session.stage.sim().scene.text));
-        let same = match (&self.draft.1, &unsaved) {
-            (Some(kept), Some(unsaved)) => Arc::ptr_eq(kept, unsaved),
-            (kept, unsaved) => kept.is_none() && unsaved.is_none(),
-        };
-        if !same {
+        let unsaved = self.session.unsaved();
+        if self.draft.1.as_ref().map(Arc::as_ptr) != unsaved.as_ref().map(Arc::as_ptr) {
             self.host.set(&self.draft.0, unsaved.as_deref());
             self.draft.1 = unsaved;
         }

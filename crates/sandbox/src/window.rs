@@ -114,7 +114,7 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
         shell.arrangement =
             Some(if shows_card { FIRST_START.to_owned() + &left } else { left.clone() });
         shell.arranged = remembers.then_some(left);
-        shell.frames.opened = true;
+        shell.session.opened = true;
     }
     if remembers {
         let left = shell.drafts.left_behind().into_iter().next();

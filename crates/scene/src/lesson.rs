@@ -10,8 +10,9 @@ use serde::Deserialize;
 
 pub use self::formula::{Comparison, Formula, Sentence};
 pub use self::raw::{beside, is_same_scene};
+use crate::Scene;
 use crate::action::{Action, ChangeAction, method};
-use crate::shipped::read_text;
+use crate::shipped::{self, read_text};
 use crate::text::faults::SceneError;
 use crate::text::nearest::{did_you_mean, nearest};
 use crate::text::syntax::enum_of_enums;
@@ -308,7 +309,19 @@ impl Lesson {
     /// # Errors
     /// Every fault of the text; those of the scene if that cannot be read.
     pub fn parse(name: &str, text: &str) -> Result<Self, SceneError> {
-        raw::parse(name, text)
+        raw::parse(name, text, &shipped::load)
+    }
+
+    /// [`Self::parse`] with scenes from `load`, by name or by path.
+    ///
+    /// # Errors
+    /// As [`Self::parse`].
+    pub fn parse_with(
+        name: &str,
+        text: &str,
+        load: &dyn Fn(&str) -> Result<Scene, SceneError>,
+    ) -> Result<Self, SceneError> {
+        raw::parse(name, text, load)
     }
 
     /// Number of wrong ways of the lesson.

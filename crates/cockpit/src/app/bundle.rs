@@ -4,6 +4,7 @@ use history::{
     BUNDLE_FORMAT, Bundle, Fault, FaultEntry, Keyframe, Manifest, Overrides, Rerun, TIMELINE_BYTES,
     Watch,
 };
+use scene::Scene;
 
 use crate::app::session::Session;
 use crate::refused::Refused;
@@ -76,11 +77,21 @@ impl Session {
         let scene = bundle.scene(&format!("{name}: scene.ron"))?;
         let rerun = Rerun::of(scene.clone(), bundle, TIMELINE_BYTES, look)
             .map_err(|error| Refused(format!("{name}: {error}")))?;
-        let Rerun { timeline, end, faults, diverged_at, state_hash } = rerun;
+        Ok(Self::of_rerun(rerun, scene, &bundle.manifest, options))
+    }
+
+    /// A session of `rerun`, which is that of a bundle with the manifest `then`, at its end.
+    #[must_use]
+    pub fn of_rerun(
+        rerun: Rerun,
+        scene: Scene,
+        then: &Manifest,
+        options: Options,
+    ) -> (Self, Repetition) {
+        let Rerun { timeline, end, faults, diverged_at, state_hash, .. } = rerun;
         let mut session = Self::new(scene, Options { paused: true, ..options });
         let names = &session.stage.sim().scene.names;
         let named = |fault: &Fault| fault.named(names);
-        let then = &bundle.manifest;
         let is_then = |fault: &Fault| then.fault.as_ref().is_some_and(|then| fault.is(then, names));
         let fault = faults.iter().find(|fault| is_then(fault)).or(faults.first()).cloned();
         let same_end = format!("{state_hash:016x}") == then.end_state_hash;
@@ -92,7 +103,7 @@ impl Session {
         };
         let watch = Watch::resume(session.stage.sim(), end.watch.energy());
         session.stage.resume(Recorder::opened(timeline, watch, fault), end);
-        Ok((session, repetition))
+        (session, repetition)
     }
 
     /// Goes to the last good tick before the fault, if there is one. Tells the person what differs from the recording in the file

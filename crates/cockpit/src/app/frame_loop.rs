@@ -23,8 +23,6 @@ pub type Record<'a> = dyn FnMut(&mut Session, f64, &[Input]) + 'a;
 pub struct FrameLoop {
     /// Input that came since the last frame.
     pub events: Vec<Input>,
-    /// Whether a scene was opened whose bodies are to be framed once the view has its place.
-    pub opened: bool,
     /// Longest time that the ticks of a frame may take, s; the others are dropped, and reported like those of a hitch. Scenes of
     /// more ticks per second than there is time for run slower, and never stop the shell.
     pub patience_s: f64,
@@ -41,7 +39,6 @@ impl Default for FrameLoop {
     fn default() -> Self {
         Self {
             events: Vec::new(),
-            opened: false,
             patience_s: 0.25,
             clock: FrameClock::default(),
             last: None,
@@ -107,7 +104,7 @@ impl FrameLoop {
         // As a key, so that a recording has it; an open question would take the key.
         if session.view.has_bars()
             && !session.asks()
-            && std::mem::take(&mut self.opened)
+            && std::mem::take(&mut session.opened)
             && session.view.should_be_framed(&session.stage)
         {
             self.press(Act::Frame);

@@ -56,6 +56,8 @@ pub struct Session {
     pub(crate) player: Option<Player>,
     /// The settings that were chosen in the panels of the last frame, as inputs: a recording has them in the next one.
     pub chosen: Vec<Input>,
+    /// Whether a scene was opened whose bodies are to be framed once the view has its place.
+    pub opened: bool,
     /// Whether no picture of the next frame will be seen: its panels are then not laid out.
     unseen: bool,
     /// Number of the world that tools, view and hands last heard of.
@@ -75,6 +77,7 @@ impl Session {
             ui: Ui::new(options.size_px),
             player: None,
             chosen: Vec::new(),
+            opened: false,
             unseen: false,
             world: 0,
         }
@@ -508,6 +511,7 @@ impl Session {
         self.stage.open(scene);
         self.view.open(&self.stage);
         self.begin_scene(false);
+        self.opened = true;
         let scene = Arc::clone(&self.stage.sim().scene);
         if let Source::File(path) = &scene.source {
             self.stage.files.note(path);
@@ -542,6 +546,12 @@ impl Session {
     #[must_use]
     pub fn has_unsaved_changes(&self) -> bool {
         self.tools.editor.is_unsaved(&self.stage.sim().scene)
+    }
+
+    /// The text of the scene, if it has changes that no file has.
+    #[must_use]
+    pub fn unsaved(&self) -> Option<Arc<str>> {
+        self.has_unsaved_changes().then(|| Arc::clone(&self.stage.sim().scene.text))
     }
 
     /// Carries out `order`, which leaves the scene. Asks first if there are unsaved changes.

@@ -11,7 +11,7 @@ use motion::Method;
 
 use super::drift::DriftRun;
 use super::hosts::{Make, make};
-use super::plan::{Plan, work};
+use super::plan::{Plan, Probe, work};
 use super::record::{Cell, Failure, Host, Outcome, Setting, Study, Truth};
 use super::runner::Runner;
 use super::subject::Subject;
@@ -48,14 +48,16 @@ pub struct Bench {
 
 /// A run that takes many pieces.
 enum CurrentRun {
+    Probe(Box<Probe>),
     Reference(Box<Reference>),
     Comparison(Box<Comparison>),
     DriftRun(Box<DriftRun>),
 }
 
 impl CurrentRun {
-    fn tick(&mut self) -> bool {
+    fn tick(&mut self, clock: &Clock) -> bool {
         match self {
+            Self::Probe(run) => run.tick(clock),
             Self::Reference(run) => run.tick(),
             Self::Comparison(runs) => runs.tick(),
             Self::DriftRun(run) => run.tick(),
@@ -65,6 +67,8 @@ impl CurrentRun {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Job {
+    /// The price of an evaluation, which decides how many rungs are run.
+    Price,
     /// The reference with this number of substeps: its own error, and its scales.
     Reference(u32),
     /// The errors of the cells from the first index up to the second, side by side.
@@ -84,9 +88,11 @@ impl Bench {
     }
 
     /// [`Self::new`] with runs from `make` and times from `clock`.
-    pub fn with(mut subject: Subject, plan: Plan, make: Box<Make>, clock: Box<Clock>) -> Self {
-        let rungs = plan.affordable(&mut subject, &*clock);
-        Self::of_rungs(subject, plan, make, clock, &rungs)
+    pub fn with(subject: Subject, plan: Plan, make: Box<Make>, clock: Box<Clock>) -> Self {
+        let rungs = plan.rungs_of(&subject);
+        let mut bench = Self::of_rungs(subject, plan, make, clock, &rungs);
+        bench.jobs.waiting.push_front(Job::Price);
+        bench
     }
 
     fn of_rungs(
@@ -145,6 +151,7 @@ impl Bench {
 
     /// Takes over the results of an earlier study of the same subject and plan: those cells are not run again.
     pub fn resume(&mut self, earlier: &Study) {
+        self.find_price();
         let same = (&earlier.subject, earlier.ticks, earlier.step_hz.to_bits())
             == (&self.study.subject, self.study.ticks, self.study.step_hz.to_bits());
         if !same {
@@ -173,7 +180,7 @@ impl Bench {
             Job::Rates => earlier.rates.is_empty(),
             Job::Errors(from, to) => !study.cells[*from..*to].iter().all(Cell::is_run),
             Job::Time(at) => !timings.is_known(*at, study),
-            Job::Reference(_) => true,
+            Job::Price | Job::Reference(_) => true,
         });
         if !self.jobs.waiting.iter().any(|job| matches!(job, Job::Errors(..))) {
             self.jobs.waiting.retain(|job| !matches!(job, Job::Reference(_)));
@@ -182,6 +189,17 @@ impl Bench {
                 (earlier.position_scale_m, earlier.velocity_scale_m_s);
         }
         self.weigh();
+    }
+
+    /// Finds the price of an evaluation, if it is not known: with it, the length of the run and the cells are final.
+    fn find_price(&mut self) {
+        let is_unknown = |bench: &Self| {
+            let current = bench.jobs.current.as_ref().map(|(job, _)| job);
+            current.or(bench.jobs.waiting.front()) == Some(&Job::Price)
+        };
+        while is_unknown(self) {
+            self.piece();
+        }
     }
 
     fn plan_jobs(&mut self, rungs: &[u32]) {
@@ -280,7 +298,7 @@ impl Bench {
     fn piece(&mut self) -> bool {
         if let Some((job, run)) = &mut self.jobs.current {
             let job = *job;
-            if run.tick()
+            if run.tick(&*self.clock)
                 && let Some((_, run)) = self.jobs.current.take()
             {
                 self.finish(job, run);
@@ -290,6 +308,10 @@ impl Bench {
         }
         let Some(job) = self.jobs.waiting.pop_front() else { return false };
         let run = match job {
+            Job::Price => {
+                let coarsest = self.plan.rungs_of(&self.subject)[0];
+                Some(CurrentRun::Probe(Box::new(Probe::new(&self.subject, coarsest))))
+            }
             Job::Reference(substeps) => {
                 let pair = self.reference_of(substeps).and_then(|fine| {
                     let target = Target::run(&self.subject, fine);
@@ -328,6 +350,13 @@ impl Bench {
 
     fn finish(&mut self, job: Job, run: CurrentRun) {
         match (job, run) {
+            (_, CurrentRun::Probe(probe)) => {
+                let mut subject = self.subject.clone();
+                let rungs = self.plan.affordable(&mut subject, probe.evaluation_s());
+                if rungs != self.rungs() || subject.ticks != self.subject.ticks {
+                    self.restart(subject, &rungs);
+                }
+            }
             (_, CurrentRun::DriftRun(run)) => self.study.drifts.extend(run.finish()),
             (Job::Reference(substeps), CurrentRun::Reference(run)) => {
                 self.finish_reference(substeps, *run);
@@ -383,7 +412,7 @@ impl Bench {
         if relative.is_nan() || relative > TRUSTED {
             let mut shorter = self.subject.clone();
             if shorter.halve(CHAOTIC) {
-                self.restart(shorter);
+                self.restart(shorter, &self.rungs());
                 return;
             }
             self.study.notes.push(format!(
@@ -398,14 +427,19 @@ impl Bench {
         self.set_scales(scales);
     }
 
-    /// Restarts with a shorter run of the same rungs.
-    fn restart(&mut self, subject: Subject) {
+    /// The numbers of substeps of the cells, ascending.
+    fn rungs(&self) -> Vec<u32> {
         let mut rungs: Vec<_> = self.study.cells.iter().map(|cell| cell.setting.substeps).collect();
         rungs.dedup();
+        rungs
+    }
+
+    /// Restarts with a shorter run, or other rungs.
+    fn restart(&mut self, subject: Subject, rungs: &[u32]) {
         let make = std::mem::replace(&mut self.make, Box::new(make));
         let clock = std::mem::replace(&mut self.clock, Box::new(thread_time));
         let credit = self.credit;
-        *self = Self { credit, ..Self::of_rungs(subject, self.plan.clone(), make, clock, &rungs) };
+        *self = Self { credit, ..Self::of_rungs(subject, self.plan.clone(), make, clock, rungs) };
     }
 
     fn set_scales(&mut self, scales: Scales) {
@@ -425,6 +459,7 @@ impl Bench {
         let finest = self.study.cells.last().map(|cell| cell.setting.substeps);
         let reference = || work(self.plan.reference(finest.as_slice()));
         match job {
+            Job::Price => 0.0,
             Job::Reference(_) => 1.5 * reference() * ticks,
             Job::Errors(from, to) => {
                 let cells =

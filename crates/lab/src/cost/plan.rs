@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use history::REFERENCE_METHOD;
+use history::{REFERENCE_METHOD, Simulation};
 use motion::Method;
 use scene::Keeps;
 
@@ -111,11 +111,10 @@ impl Plan {
         if rungs.is_empty() { vec![coarsest] } else { rungs }
     }
 
-    /// The rungs that can be run in the plan's time, by a trial of some ticks. Long runs are shortened before the
-    /// ladder gets too short to show a slope; what is left out is noted.
-    pub(crate) fn affordable(&self, subject: &mut Subject, clock: &Clock) -> Vec<u32> {
+    /// The rungs that can be run in the plan's time, if an evaluation of all bodies takes `evaluation_s` of thread CPU time. Long
+    /// runs are shortened before the ladder gets too short to show a slope; what is left out is noted.
+    pub(crate) fn affordable(&self, subject: &mut Subject, evaluation_s: f64) -> Vec<u32> {
         let mut rungs = self.rungs_of(subject);
-        let evaluation_s = evaluation_seconds(subject, rungs[0], clock);
         let before = rungs.len();
         let price = |subject: &Subject, rungs: &[u32]| {
             evaluation_s * subject.ticks as f64 * self.evaluations(subject, rungs)
@@ -204,21 +203,52 @@ pub(crate) fn work(Setting { method, substeps }: Setting) -> f64 {
     f64::from(method.claims().evaluations_with_velocity_laws) * f64::from(substeps) * solves
 }
 
-/// Approximate thread CPU time of one evaluation of all bodies, s.
-fn evaluation_seconds(subject: &Subject, substeps: u32, clock: &Clock) -> f64 {
-    let probe = Setting { method: REFERENCE_METHOD, substeps };
-    let (by_steps, step) = subject.by_steps(probe);
-    // With a closed form, runs are compared after every step: `by_steps` makes each step a tick.
-    let closed = subject.exact().is_some();
-    let (mut run, setting) =
-        if closed { (by_steps.run(step), step) } else { (subject.run(probe), probe) };
-    run.tick();
-    let (start, mut ticks) = (clock(), 0.0);
-    while ticks < 8.0 && clock() - start < 0.02 {
-        run.tick();
-        ticks += 1.0;
+/// Thread CPU time after which the price of an evaluation is known well enough, s.
+const PROBE_S: f64 = 0.02;
+
+/// Ticks after which it is known well enough.
+const PROBE_TICKS: f64 = 8.0;
+
+/// A run that finds the price of an evaluation.
+pub(crate) struct Probe {
+    run: Simulation,
+    setting: Setting,
+    /// Whether the first tick, which is not timed, was run.
+    is_warm: bool,
+    ticks: f64,
+    seconds: f64,
+}
+
+impl Probe {
+    /// A run of `subject` with that number of substeps.
+    pub fn new(subject: &Subject, substeps: u32) -> Self {
+        let probe = Setting { method: REFERENCE_METHOD, substeps };
+        // With a closed form, runs are compared after every step: `by_steps` makes each step a tick.
+        let (run, setting) = if subject.exact().is_some() {
+            let (by_steps, step) = subject.by_steps(probe);
+            (by_steps.run(step), step)
+        } else {
+            (subject.run(probe), probe)
+        };
+        Self { run, setting, is_warm: false, ticks: 0.0, seconds: 0.0 }
     }
-    (clock() - start) / ticks / work(setting)
+
+    /// Simulates one tick. Returns whether the price is known.
+    pub fn tick(&mut self, clock: &Clock) -> bool {
+        let start = clock();
+        self.run.tick();
+        if !std::mem::replace(&mut self.is_warm, true) {
+            return false;
+        }
+        self.seconds += clock() - start;
+        self.ticks += 1.0;
+        self.ticks >= PROBE_TICKS || self.seconds >= PROBE_S
+    }
+
+    /// Approximate thread CPU time of one evaluation of all bodies, s.
+    pub fn evaluation_s(&self) -> f64 {
+        self.seconds / self.ticks / work(self.setting)
+    }
 }
 
 fn octaves(from: u32, to: u32) -> Vec<u32> {

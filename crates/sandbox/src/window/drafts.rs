@@ -54,8 +54,7 @@ impl Drafts {
 
     /// Keeps the unsaved changes of `session` in case of a crash, instead of earlier ones. Returns whether they are kept.
     pub fn keep(&mut self, session: &mut Session) -> bool {
-        let unsaved =
-            session.has_unsaved_changes().then(|| Arc::clone(&session.stage.sim().scene.text));
+        let unsaved = session.unsaved();
         let file = unsaved.as_ref().and_then(|_| session.tools.own_file());
         self.keep_text(unsaved.as_ref(), file.as_ref(), |words| {
             session.stage.notices.say(Topic::File, words);
@@ -124,11 +123,7 @@ impl Draft {
     }
 
     fn keep(&mut self, unsaved: Option<&Arc<str>>, file: Option<&OwnFile>) -> Result<(), Failure> {
-        let same = match (&self.written, unsaved) {
-            (Some(written), Some(unsaved)) => Arc::ptr_eq(written, unsaved),
-            (written, unsaved) => written.is_none() && unsaved.is_none(),
-        };
-        if !same {
+        if self.written.as_ref().map(Arc::as_ptr) != unsaved.map(Arc::as_ptr) {
             match unsaved {
                 Some(text) => {
                     match file {

@@ -67,7 +67,7 @@ impl Program for WindowProgram<'_> {
         forecast_start(session);
         // The scene runs even without its particles, and the person is told what is missing.
         if let Some(screen) = &self.screen {
-            let said = words(&screen.screen.gpu, &session.stage.sim().scene);
+            let said = words(&screen.surface.gpu, &session.stage.sim().scene);
             said.into_iter().for_each(|words| session.stage.notices.say(Topic::Other, words));
         }
         Ok(())

@@ -18,7 +18,7 @@ use cockpit::stage::notices::Topic;
 pub(super) struct Screen {
     pub window: Arc<Window>,
     display: OwnedDisplayHandle,
-    pub screen: render::Screen,
+    pub surface: render::Screen,
     /// The clipboard, the input method, the screen reader and the shape of the pointer.
     pub platform: egui_winit::State,
     /// How often the device was lost.
@@ -58,12 +58,12 @@ impl Screen {
         let display = event_loop.owned_display_handle();
         let screen = draw_into(&window, &display)?;
         eprintln!("drawing with {}", screen.gpu.info);
-        Ok(Self { window, display, screen, platform, lost: 0 })
+        Ok(Self { window, display, surface: screen, platform, lost: 0 })
     }
 
     /// Draws the session. Returns `false` if there was nothing to draw on. Opens another device in place of one that is lost.
     pub fn draw(&mut self, session: &mut Session) -> Result<bool, Failure> {
-        let Self { screen, window, .. } = self;
+        let Self { surface: screen, window, .. } = self;
         let drawn = match screen.draw(|| session.picture(), || window.pre_present_notify()) {
             Err(error @ RenderError::Lost { .. }) if self.lost < MOST_LOST => {
                 self.lost += 1;
@@ -98,8 +98,8 @@ impl Screen {
 
     /// The picture of the session, as the window shows it.
     pub fn image(&mut self, session: &mut Session) -> Result<Image, Failure> {
-        let copy = self.screen.copy(&session.picture())?;
-        Ok(copy.read(&self.screen.gpu)?)
+        let copy = self.surface.copy(&session.picture())?;
+        Ok(copy.read(&self.surface.gpu)?)
     }
 }
 

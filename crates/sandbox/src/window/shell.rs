@@ -78,10 +78,10 @@ impl ApplicationHandler<Event> for Shell {
         let (size_px, egui) = (self.session.view.size_px(), self.session.egui());
         match Screen::open(event_loop, size_px, egui, self.proxy.clone()) {
             Ok(screen) => {
-                if let Err(failure) = check(&screen.screen.gpu, &self.session.stage.sim().scene) {
+                if let Err(failure) = check(&screen.surface.gpu, &self.session.stage.sim().scene) {
                     return self.fail(event_loop, failure);
                 }
-                let slow = slow_words(&screen.screen.gpu, &self.session.stage.sim().scene);
+                let slow = slow_words(&screen.surface.gpu, &self.session.stage.sim().scene);
                 slow.into_iter()
                     .for_each(|words| self.session.stage.notices.say(Topic::Other, words));
                 let size = screen.window.inner_size();
@@ -107,7 +107,7 @@ impl ApplicationHandler<Event> for Shell {
             WindowEvent::CloseRequested => self.frames.press(Act::Quit),
             WindowEvent::Resized(size) => {
                 if let Some(screen) = &mut self.screen {
-                    screen.screen.target.resize(&screen.screen.gpu, [size.width, size.height]);
+                    screen.surface.target.resize(&screen.surface.gpu, [size.width, size.height]);
                 }
                 // A minimized window keeps the picture's size: rays and panels need one.
                 if size.width > 0 && size.height > 0 {
@@ -405,7 +405,6 @@ impl Shell {
         let orders = self.session.stage.take_orders();
         let (now, later) = orders.into_iter().partition(|order| drawn || !has_picture(order));
         self.session.stage.orders = later;
-        self.frames.opened |= now.iter().any(Order::leaves_scene);
         let mut program = WindowProgram {
             screen: self.screen.as_mut(),
             drafts: &mut self.drafts,

@@ -135,12 +135,12 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for Named<T> {
     }
 }
 
-pub(super) fn parse(name: &str, text: &str) -> Result<Lesson, SceneError> {
+pub(super) fn parse(name: &str, text: &str, load: &Load<'_>) -> Result<Lesson, SceneError> {
     let (raw, unknown) = syntax::read::<RawLesson>(text, "")
         .map_err(|error| syntax::error(name, text, "", &error))?;
     let mut faults = Faults::default();
     unknown.iter().for_each(|path| faults.unknown_key(path, keys_at(path)));
-    let lesson = Reader { faults: &mut faults, name, scenes: HashMap::new() }.lesson(raw);
+    let lesson = Reader { faults: &mut faults, name, load, scenes: HashMap::new() }.lesson(raw);
     faults.check(name, text, "")?;
     Ok(lesson)
 }
@@ -170,10 +170,14 @@ fn keys_at(path: &str) -> &'static [&'static str] {
     }
 }
 
+/// Loads a scene by its name or its path.
+type Load<'a> = dyn Fn(&str) -> Result<Scene, SceneError> + 'a;
+
 /// Finds the faults of a lesson.
 struct Reader<'a> {
     faults: &'a mut Faults,
     name: &'a str,
+    load: &'a Load<'a>,
     /// The scenes that were read, by their names: many runs may share one.
     scenes: HashMap<String, Arc<Scene>>,
 }
@@ -265,7 +269,7 @@ impl Reader<'_> {
     }
 
     fn read_scene(&mut self, path: &str, file: &str) -> Option<Scene> {
-        match shipped::load(&beside(self.name, file)) {
+        match (self.load)(&beside(self.name, file)) {
             Ok(scene) => Some(scene),
             Err(error) => {
                 // Its first fault, with its own cure.
