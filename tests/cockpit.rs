@@ -6,7 +6,7 @@ use motion::{Gravity, Method, PhysicsBody, Quarantine, SoftBody, Substeps, Trans
 use sandbox::input::{Button, Input};
 use sandbox::{Control, Mode, Options, Order, Overrides, Panel};
 
-use crate::rigs::{Cockpit, Drive, H, at, click, down, middle, tap, up};
+use crate::rigs::{Cockpit, Drive, H, at, click, down, middle, scene_of, tap, up};
 
 /// A place of the view where nothing is.
 fn empty_place(cockpit: &Cockpit) -> DVec2 {
@@ -651,6 +651,31 @@ fn a_graph_of_a_soft_body_claims_no_acceleration() {
         row[7..13].iter().all(|cell| cell.is_empty())
             && row[..7].iter().all(|cell| !cell.is_empty())
     );
+}
+
+#[test]
+fn two_balls_of_a_millimeter_are_framed_selected_and_come_near_by_the_wheel() {
+    let ball = |name: &str, x: f64| {
+        format!(
+            "(name: \"{name}\", shape: sphere(radius_m: 0.0005), position_m: ({x}, 0, 0), mass_kg: 1),"
+        )
+    };
+    let bodies = ball("one", -0.001) + &ball("other", 0.001);
+    let scene = scene_of(&format!("(version: 1, bodies: [{bodies}])"));
+    let mut cockpit = Cockpit::of("tutorial", [1280, 720]);
+    cockpit.drive.session.open(scene);
+    cockpit.drive.ticks(3);
+    cockpit.press("F");
+    let apart = |cockpit: &Cockpit| cockpit.seen("one").distance(cockpit.seen("other"));
+    let framed = apart(&cockpit);
+    assert!((150.0..600.0).contains(&framed), "{framed} pixels");
+    let one = cockpit.seen("one");
+    cockpit.drive.give([at(one), Input::Wheel(3.0)]).ticks(2);
+    let nearer = apart(&cockpit);
+    assert!(nearer > 1.1 * framed, "{nearer} pixels after {framed}");
+    let one = cockpit.seen("one");
+    cockpit.drive.click(Button::Left, one).ticks(2);
+    assert_eq!(cockpit.drive.selected().as_deref(), Some("one"));
 }
 
 #[test]

@@ -2,10 +2,11 @@
 
 use std::fs;
 
+use cockpit::app::pupil::{Pupil, Runs};
 use glam::DVec2;
 use lab::lesson::{Quantities, RunLimit, run_lesson};
-use sandbox::Order;
 use sandbox::input::{Button, Input};
+use sandbox::{Options, Order};
 use scene::lesson::{Goal, Lesson, shipped};
 
 use crate::rigs::{Cockpit, Said, answers, folder, sandbox};
@@ -56,6 +57,14 @@ fn every_lesson_is_short_asks_something_and_says_what_it_measured() {
         assert!(lesson.steps.iter().any(|step| !matches!(step.goal, Goal::Done { .. })), "{name}");
         assert!(lesson.steps.iter().any(|step| step.then.formulas().next().is_some()), "{name}");
         for step in &lesson.steps {
+            let teaches = match &step.goal {
+                Goal::Done { .. } => !step.missing.is_empty(),
+                Goal::Number { wrong, .. } => wrong.iter().all(|wrong| !wrong.why.is_empty()),
+                Goal::Choice { choices, solution } => {
+                    choices.iter().all(|choice| choice.say == *solution || !choice.why.is_empty())
+                }
+            };
+            assert!(teaches, "{name}: {} says nothing to who errs", step.task);
             let sentences = step.task.matches(['.', '?', '!', ':']).count();
             assert!(sentences <= 4, "{name}: {}", step.task);
         }
@@ -83,7 +92,7 @@ fn a_teachers_lesson_is_checked_and_its_faults_have_their_places_and_cures() {
 #[test]
 fn a_step_says_what_is_missing_and_begins_where_the_person_changed_the_run() {
     let text = lesson("begin: [reset, pause], hint: \"Push harder.\",")
-        .replace("x > x_before + 0.5", "abs(x - x_before) > 0.5");
+        .replace("x > x_before + 0.5", "x < x_before - 0.5");
     let lesson = Lesson::parse("my.ron", &text).unwrap();
     let mut cockpit = Cockpit::of("oscillator", [1280, 720]);
     cockpit.drive.ticks(100);
@@ -101,11 +110,11 @@ fn a_step_says_what_is_missing_and_begins_where_the_person_changed_the_run() {
     cockpit.drive.run(11, 1.0);
     assert!(says(
         &cockpit,
-        "Not yet: difference of x of ball and x of ball before 0 m, to be above 0.5 m; the run is paused: Play continues it."
+        "Not yet: the x of ball is 3 m and has to be below 2.5 m; the run is paused: Play continues it."
     ));
-    assert!(!says(&cockpit, "Push harder."));
+    assert!(says(&cockpit, "Hint: Push harder.") && !says(&cockpit, "Show me"));
     cockpit.drive.run(20, 1.0);
-    assert!(says(&cockpit, "Hint: Push harder."));
+    assert!(says(&cockpit, "Show me"));
     // It swings by more than half a meter, but that is over when it is pushed.
     cockpit.press("P");
     cockpit.drive.give([crate::rigs::push("ball", [-1.0, 0.0, 0.0])]).ticks(3);
@@ -116,7 +125,7 @@ fn a_step_says_what_is_missing_and_begins_where_the_person_changed_the_run() {
     // What is not true is not said, and that it is not.
     assert!(
         !says(&cockpit, "At ")
-            && says(&cockpit, "It did not come out as usual this time (x of ball ")
+            && says(&cockpit, "It did not come out as usual this time (the x of ball is ")
     );
     assert!(says(&cockpit, "Previous lets you try again.") && !says(&cockpit, "✔"));
     // Again from the start, though the step has no beginning of its own.
@@ -127,7 +136,7 @@ fn a_step_says_what_is_missing_and_begins_where_the_person_changed_the_run() {
 
 #[test]
 fn what_is_missing_of_a_marked_body_is_said_of_the_body_with_the_ring() {
-    let text = lesson("point_at: \"ball\",").replace("x > x_before + 0.5", "abs(x) < 0.5");
+    let text = lesson("point_at: \"ball\",").replace("x > x_before + 0.5", "x > 30");
     let mut cockpit = Cockpit::of("oscillator", [1280, 720]);
     cockpit
         .drive
@@ -135,7 +144,7 @@ fn what_is_missing_of_a_marked_body_is_said_of_the_body_with_the_ring() {
         .begin_lesson(Lesson::parse("my.ron", &text).unwrap(), Quantities::default());
     cockpit.press("P");
     cockpit.drive.run(11, 1.0);
-    let words = "Not yet: magnitude of x of the body with the ring 2.99";
+    let words = "Not yet: the x of the body with the ring is 2.99";
     let said: Vec<_> =
         cockpit.session().controls().into_iter().map(|control| control.name).collect();
     assert!(said.iter().any(|said| said.starts_with(words)), "{said:?}");
@@ -215,7 +224,7 @@ fn the_first_lesson_is_done_by_mouse_alone() {
     cockpit.click("Answer");
     cockpit.drive.ticks(3);
     assert_eq!(step(&cockpit), 3, "a wrong answer");
-    assert!(cockpit.has("\"0.05\" is not what was measured."));
+    assert!(cockpit.has("You multiplied by the mass: divide by it."));
     cockpit.click("answer");
     for _ in 0..5 {
         cockpit.press("Backspace");
@@ -229,6 +238,112 @@ fn the_first_lesson_is_done_by_mouse_alone() {
     cockpit.drive.ticks(3);
     let orders = cockpit.drive.session.stage.take_orders();
     assert_eq!(orders, [Order::Lesson("mass".to_owned())]);
+}
+
+#[test]
+fn a_lesson_tells_the_same_numbers_at_every_rate_of_frames() {
+    // A ball on a spring is pushed, and goes on until it is far out; the extremes of the way are between frames.
+    let text = lesson("begin: [reset, pause],")
+        .replace(
+            "x: position(\"ball\", x)",
+            "x: position(\"ball\", x), v: speed(\"ball\"), t: time",
+        )
+        .replace("x > x_before + 0.5", "t > 1.3")
+        .replace("[push(\"ball\", (5000, 0, 0))]", "[push(\"ball\", (700, 0, 0)), press(\"P\")]")
+        .replace(
+            "At {x} m.",
+            "At {x} m after {t} s, {x_most} m, {x_least} m, {v_most} m/s, {v} m/s.",
+        );
+    let own = Lesson::parse("my.ron", &text).unwrap();
+    for lesson in [own, scene::lesson::load("feather").unwrap()] {
+        let runs = Runs::new(&lesson, 1.0).unwrap();
+        let told = [4.0, 10.0, 60.0].map(|fps| {
+            let options = Options { pictures: false, ..Options::default() };
+            let mut pupil = Pupil::begin(&lesson, &runs, options).unwrap();
+            pupil.fps = fps;
+            let mut told = Vec::new();
+            while pupil.solve(&lesson).unwrap() {
+                let state = pupil.session.tools.lesson().unwrap();
+                told.push((state.said, state.holds));
+            }
+            assert_eq!(told.len(), lesson.steps.len(), "{fps}: {told:?}");
+            told
+        });
+        assert_eq!(told[0], told[2], "{}", lesson.name);
+        assert_eq!(told[1], told[2], "{}", lesson.name);
+    }
+}
+
+#[test]
+fn a_person_who_is_stuck_is_shown_the_solution() {
+    let mut cockpit = Cockpit::of("tutorial", [1280, 720]);
+    cockpit.drive.ticks(3);
+    let lesson = scene::lesson::load("force").unwrap();
+    let of_runs = run_lesson(&lesson, 1.0, RunLimit::USUAL).unwrap();
+    cockpit.drive.session.begin_lesson(lesson, of_runs);
+    cockpit.drive.ticks(3);
+    let step = |cockpit: &Cockpit| cockpit.session().tools.lesson().unwrap().step;
+    for number in 0..3 {
+        assert!(!cockpit.has("Show me"));
+        cockpit.drive.run(31, 1.0);
+        assert_eq!(step(&cockpit), number);
+        cockpit.click("Show me");
+        cockpit.drive.frames(420);
+        let said: Vec<_> =
+            cockpit.session().controls().into_iter().map(|control| control.name).collect();
+        assert_eq!(step(&cockpit), number + 1, "{said:?}");
+    }
+    // Two wrong answers, one of which has words of its own.
+    for (answer, says) in [
+        ("7", "\"7\" is not what was measured."),
+        ("60 m/s", "That is the force. It acts for 1/120 s, on 0.1 kg."),
+    ] {
+        assert!(!cockpit.has("Show me"));
+        cockpit.drive.session.tools.lessons().answer(answer);
+        cockpit.drive.ticks(2);
+        assert!(cockpit.has(says), "{answer}");
+    }
+    cockpit.click("Show me");
+    cockpit.drive.ticks(3);
+    assert_eq!(step(&cockpit), 4);
+    assert!(!cockpit.session().arrangement().contains("lesson_done force"));
+    assert!(cockpit.has(
+        "A step was skipped or shown: the lesson is marked ✔ once you do all of them yourself."
+    ));
+}
+
+#[test]
+fn every_lesson_has_a_card_and_goes_on_where_it_was_left() {
+    for size in [[1024, 600], [2560, 1440]] {
+        let mut cockpit = Cockpit::of("tutorial", size);
+        cockpit.drive.ticks(3);
+        cockpit.click("Learn");
+        cockpit.drive.ticks(3);
+        for (number, (name, text)) in shipped().iter().enumerate() {
+            let title = Lesson::parse(name, text).unwrap().title;
+            assert!(cockpit.has(&format!("{} {title}", number + 1)), "{name}");
+        }
+    }
+    let mut cockpit = Cockpit::of("tutorial", [1280, 720]);
+    cockpit.drive.give([Input::Arrange("lesson_left force 2\n".to_owned())]).ticks(3);
+    cockpit.click("Learn");
+    cockpit.drive.ticks(3);
+    cockpit.click("Continue at step 3");
+    cockpit.drive.ticks(3);
+    begin_ordered(&mut cockpit);
+    cockpit.drive.ticks(3);
+    assert_eq!(cockpit.session().tools.lesson().unwrap().step, 2);
+    cockpit.click("Skip");
+    cockpit.drive.ticks(3);
+    assert!(cockpit.session().arrangement().contains("lesson_left force 3\n"));
+    cockpit.click("Leave");
+    cockpit.drive.ticks(3);
+    cockpit.click("Start again");
+    cockpit.drive.ticks(3);
+    begin_ordered(&mut cockpit);
+    cockpit.drive.ticks(3);
+    assert_eq!(cockpit.session().tools.lesson().unwrap().step, 0);
+    assert!(!cockpit.session().arrangement().contains("lesson_left"));
 }
 
 #[test]

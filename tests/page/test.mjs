@@ -122,6 +122,7 @@ const tests = {
             await tab.until(state => state.click_force === 210);
             await hold('player');
             await tab.until(at('mass', 3));
+            await settled(tab);
             await tab.tap('It stays where it is');
             await tab.until(at('mass', 4));
             await tab.tap('answer', 'TextInput');
@@ -129,6 +130,25 @@ const tests = {
             await tab.tab.keyboard.type('100', { delay: 60 });
             await tab.tap('Answer');
             await tab.until(at('mass', 5));
+        });
+    },
+
+    async 'a finger drags a ball, and rests on it to push it'() {
+        await withTab('webgl&scene=tutorial', PHONE, async tab => {
+            await settled(tab);
+            const session = await tab.tab.context().newCDPSession(tab.tab);
+            const touch = (type, ...touchPoints) => session.send('Input.dispatchTouchEvent', { type, touchPoints });
+            const [x, y] = await pixel(tab, 'grid.x0.z4');
+            const { hash } = await tab.state();
+            await touch('touchStart', { x, y });
+            for (let i = 1; i <= 12; i += 1) {
+                await touch('touchMove', { x: x - 6 * i, y: y - 3 * i });
+                await tab.tab.waitForTimeout(60);
+            }
+            const { speed } = await tab.state();
+            await touch('touchEnd');
+            assert.ok(speed > 0.1, `${speed} m/s`);
+            await tab.until(state => state.selection === 'grid.x0.z4' && state.hash !== hash);
         });
     },
 
@@ -314,7 +334,7 @@ const tests = {
 
     async 'a picture is that of a run without a window'() {
         // The words about the pause differ, and what moves by a part of a tick.
-        for (const [scene, most] of [['tutorial', 0.01], ['orbits_race', 0.04]]) {
+        for (const [scene, most] of [['tutorial', 0.01], ['third_law', 0.04]]) {
             await withTab(`webgl&bare&scene=${scene}`, {}, async tab => {
                 await tab.until(state => state.ticks > 30);
                 await tab.tab.keyboard.press('p', { delay: 60 });

@@ -13,6 +13,7 @@ pub mod learn;
 pub(crate) mod ledger;
 pub(crate) mod number;
 mod settings;
+pub(crate) mod thumbnails;
 mod timeline;
 pub(crate) mod tool;
 
@@ -114,7 +115,14 @@ impl Tools {
         }
         self.graphs.sample(stage, &self.ghosts, opened.contains(&Panel::Graphs));
         let screen = Screen { view, opened, ghosts: &self.ghosts, ledger: &self.ledger };
-        self.learn.look(stage, &screen, time.total());
+        self.learn.end_frame(stage, &screen, time.total());
+    }
+
+    /// Tells every tool that a tick comes: see [`Tool::before_tick`].
+    pub(crate) fn before_tick(&mut self, stage: &Stage, view: &View, opened: &[Panel], last: bool) {
+        self.each().for_each(|(_, tool)| tool.before_tick(stage, last));
+        let screen = Screen { view, opened, ghosts: &self.ghosts, ledger: &self.ledger };
+        self.learn.look(stage, &screen);
     }
 
     /// How much of its limit a spring between two bodies uses, while the forecast is shown.

@@ -82,7 +82,7 @@ pub struct View {
     pub(crate) measured: Option<Measured>,
     pub(crate) click_force: f64,
     /// Whether the last input was a finger, for the words that say what to do.
-    pub(crate) by_finger: bool,
+    pub by_finger: bool,
     pub(crate) velocity_arrows: bool,
     pub(crate) force_arrows: bool,
     /// Whether every spring is drawn, instead of the surfaces that springs hold.

@@ -133,6 +133,7 @@ impl Shell {
             counts: Counts::default(),
             given: HashMap::new(),
         };
+        shell.session.view.by_finger = narrow;
         // A page that draws late is taken for one that hangs.
         shell.frames.patience_s = 0.05;
         if let Some(said) = said {

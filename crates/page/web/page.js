@@ -286,7 +286,7 @@ try {
     byId('bar').hidden = bare;
     await init({ module_or_path: await module() });
     const [[name, text, lesson], [own, left]] = [await named(opened), await drafts()];
-    page = new Page(host, name, text, lesson, bare, innerWidth < 700, own, left);
+    page = new Page(host, name, text, lesson, bare, innerWidth < 700 && matchMedia('(pointer: coarse)').matches, own, left);
     say('Starting');
     await replaceCanvas();
     listen();

@@ -205,12 +205,16 @@ pub struct LessonStep {
     pub begin: Vec<Begin>,
     /// Hint for a person who makes no progress; may be empty.
     pub hint: String,
+    /// What is said while the goal is not reached; if it is empty, what a formula of one quantity waits for.
+    pub missing: String,
     /// What ends the step.
     pub goal: Goal,
     /// Text after the step, with measured numbers.
     pub then: Sentence,
     /// Condition that these numbers satisfy.
     pub holds: Option<Formula>,
+    /// Its line in the file, from 1.
+    pub line: Option<usize>,
 }
 
 /// A start action of a step of a lesson.
@@ -252,15 +256,35 @@ pub enum Goal {
         /// A typed answer that must be accepted.
         solution: String,
         /// Typed answers that must be refused.
-        wrong: Vec<String>,
+        wrong: Vec<WrongAnswer>,
     },
     /// The person chooses one of several answers.
     Choice {
-        /// The choices, each with the condition for which it is right.
-        choices: Vec<(String, Formula)>,
+        /// The choices.
+        choices: Vec<Choice>,
         /// The answer.
         solution: String,
     },
+}
+
+/// A choice of a question.
+#[derive(Clone, Debug)]
+pub struct Choice {
+    /// The answer.
+    pub say: String,
+    /// The condition for which it is right.
+    pub right: Formula,
+    /// What is said about it if it is wrong; may be empty.
+    pub why: String,
+}
+
+/// A wrong answer that a person is expected to type.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct WrongAnswer {
+    /// The answer.
+    pub answer: String,
+    /// What is said about it; may be empty.
+    pub why: String,
 }
 
 impl Goal {

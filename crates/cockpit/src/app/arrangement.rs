@@ -12,6 +12,9 @@ const DOCK_TAB: &str = "dock_tab";
 /// First word of a line that names a finished lesson.
 const LESSON_DONE: &str = "lesson_done";
 
+/// First word of a line that names a lesson that was left, and how many of its steps were done.
+const LESSON_LEFT: &str = "lesson_left";
+
 const WELCOME: &str = "welcome";
 
 /// The line that shows the welcome card at the first start. It stays in the file until a window can show the card.
@@ -40,6 +43,7 @@ pub(crate) fn of(ui: &Ui, learn: &Learn) -> String {
         text += &format!("{DOCK_WIDTH} {points}\n");
     }
     text.extend(learn.done.iter().map(|name| format!("{LESSON_DONE} {name}\n")));
+    text.extend(learn.left.iter().map(|(name, steps)| format!("{LESSON_LEFT} {name} {steps}\n")));
     text
 }
 
@@ -60,6 +64,11 @@ pub(crate) fn arrange(ui: &mut Ui, learn: &mut Learn, text: &str) -> Vec<Act> {
     learn.done.extend(
         states.iter().filter(|(name, _)| *name == LESSON_DONE).map(|(_, name)| (*name).to_owned()),
     );
+    let left = states.iter().filter(|(name, _)| *name == LESSON_LEFT).filter_map(|(_, lesson)| {
+        let (name, steps) = lesson.rsplit_once(' ')?;
+        Some((name.to_owned(), steps.parse().ok()?))
+    });
+    learn.left.extend(left);
     let mut acts = Vec::new();
     for (act, on) in switches(ui) {
         let wanted = match state(act.name()) {
@@ -102,6 +111,10 @@ fn switches(ui: &Ui) -> Vec<(Act, bool)> {
 pub fn with_changes(there: &str, before: &str, now: &str) -> String {
     // A key has one line, except that each lesson has its own.
     let key = |line: &'_ str| match line.split_once(' ') {
+        Some((LESSON_LEFT, lesson)) => {
+            let name = lesson.rsplit_once(' ').map_or(lesson, |(name, _)| name);
+            format!("{LESSON_LEFT} {name}")
+        }
         Some((key, _)) if key != LESSON_DONE => key.to_owned(),
         _ => line.to_owned(),
     };

@@ -211,8 +211,8 @@ impl Cockpit {
             self.dock_width.note(width, side.response.rect.width());
             self.lay_out_part(Part::Dock, side.response.rect, &side.inner);
         }
-        if opened.contains(&Panel::Learn) {
-            let strip = Side::bottom("lesson").resizable(false).exact_size(learn::HEIGHT);
+        if opened.contains(&Panel::Learn) && tools.learn.lesson().is_some() {
+            let strip = Side::bottom("lesson").resizable(false).exact_size(learn::height(width));
             strip.show(root, |ui| {
                 let dock_width = Some(ui.available_width());
                 let mut desk = Desk { stage, view, dock_width, intents, closes: false };

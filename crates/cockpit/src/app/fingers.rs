@@ -48,8 +48,8 @@ pub(crate) struct Fingers {
     /// Numbers and places, at most two, in the order in which they came down.
     down: Vec<(u64, DVec2)>,
     doing: Doing,
-    /// Time for which the first finger has waited, s.
-    waited: f64,
+    /// Time for which the first finger has waited, s; `None` in the frame in which it came down, however long that was.
+    waited: Option<f64>,
 }
 
 impl Fingers {
@@ -65,8 +65,9 @@ impl Fingers {
 
     /// What the fingers do because `seconds` have passed.
     pub fn rest(&mut self, seconds: f64) -> Option<Gesture> {
-        self.waited += seconds;
-        let held = self.waits() && self.waited >= HOLD_S;
+        let waited = self.waited.map_or(0.0, |waited| waited + seconds);
+        self.waited = Some(waited);
+        let held = self.waits() && waited >= HOLD_S;
         held.then(|| {
             self.doing = Doing::Ends;
             Gesture::Hold
@@ -95,7 +96,7 @@ impl Fingers {
         match (phase, place) {
             (TouchPhase::Down, None) if self.down.is_empty() => {
                 self.down.push((finger, at));
-                self.waited = 0.0;
+                self.waited = None;
                 self.doing = if on_panel { Doing::Presses } else { Doing::Waits };
                 if on_panel { vec![Gesture::Press] } else { Vec::new() }
             }

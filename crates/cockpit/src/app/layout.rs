@@ -1,6 +1,6 @@
 //! The panels and words of a frame, laid out from the session.
 
-use egui::{Id, LayerId, Rect, Window};
+use egui::{Color32, Id, LayerId, Rect, Window};
 
 use crate::app::focus::show_focus;
 use crate::app::ui::Ui;
@@ -43,6 +43,10 @@ pub(super) fn lay_out(
     if !ui.shows(Panel::Learn) {
         learn::point_at_nothing(&context);
     }
+    if docks && ui.shows(Panel::Learn) && tools.learn.lesson().is_none() {
+        let mut desk = Desk { stage, view, dock_width: None, intents: &mut intents, closes: false };
+        learn::page(&context, ui.view, &mut tools.learn, &mut desk);
+    }
     if docks && tools.learn.welcome {
         let place = ui.view.center_bottom() - egui::Vec2::Y * WELCOME_ABOVE;
         learn::welcome(&context, place, &mut tools.learn, &mut intents);
@@ -78,6 +82,11 @@ pub(super) fn lay_out(
     let painter = painter.with_clip_rect(ui.view);
     let has_all = words == Words::All;
     let mut taken = if has_all { hud::places(&painter, stage, view) } else { Vec::new() };
+    if let Some(marked) = tools.learn.marked(stage, view) {
+        let lines = [(5.0, Color32::from_black_alpha(140)), (2.5, marks::POINTER)];
+        marks::ring(&painter, &marked, &lines);
+        taken.push(marks::ring_place(&painter, &marked));
+    }
     marks::show(&painter, &view.visible_labels(stage), &mut taken);
     taken.extend(view.fault_mark(stage).map(|mark| marks::show_mark(&painter, &mark)));
     for (panel, tool) in tools.each() {

@@ -11,6 +11,7 @@ use scene::{Action, InputAction, SceneError, Script, Step, StepKind, When, did_y
 use crate::actions::{Act, key_of_word};
 use crate::app::focus::pointable;
 use crate::app::player::Player;
+use crate::app::script;
 use crate::app::session::Session;
 use crate::clock::FrameClock;
 use crate::input::InputFrame;
@@ -73,7 +74,8 @@ pub struct Pupil {
     /// The session.
     pub session: Session,
     clock: FrameClock,
-    fps: f64,
+    /// Frames per second.
+    pub fps: f64,
 }
 
 impl Pupil {
@@ -174,14 +176,7 @@ pub fn player(actions: &[Action], mut frame: u64, fps: f64) -> Result<(Player, u
             clippy::cast_sign_loss,
             reason = "a thousand frames"
         )]
-        let lasts =
-            if let Action::Input(InputAction::Hold(_, seconds) | InputAction::Wait(seconds)) =
-                action
-            {
-                (seconds * fps).ceil() as u64
-            } else {
-                0
-            };
+        let lasts = (script::length_s(action) * fps).ceil() as u64;
         frame = frame.saturating_add(lasts.saturating_add(2));
         (!matches!(action, Action::Input(InputAction::Wait(_))))
             .then(|| Step { when, action: action.clone() })
@@ -217,10 +212,8 @@ pub fn check(lesson: &Lesson) -> Result<String, Unplayed> {
         lines += &format!("at {} Hz\n", digits(pupil.session.stage.playback().step_hz()));
         for (number, step) in lesson.steps.iter().enumerate() {
             let fail = |what: String| {
-                Err(Unplayed::Wrong(format!(
-                    "{}: steps[{number}] at {times} times the rate: {what}",
-                    lesson.name
-                )))
+                let place = place(lesson, number);
+                Err(Unplayed::Wrong(format!("{place}, at {times} times the rate: {what}")))
             };
             pupil.frames(2);
             if pupil.step() != number {
@@ -229,7 +222,14 @@ pub fn check(lesson: &Lesson) -> Result<String, Unplayed> {
             pupil.wait_for_step();
             let began = pupil.session.stage.sim().seconds();
             if !pupil.solve(lesson)? {
-                return fail("the solution is not accepted".to_owned());
+                let judged_by = pupil.session.tools.lessons().judged_by();
+                let given = match &step.goal {
+                    Goal::Number { solution, .. } | Goal::Choice { solution, .. } => {
+                        format!("the answer \"{solution}\"")
+                    }
+                    Goal::Done { .. } => "the solution".to_owned(),
+                };
+                return fail(format!("{given} is not accepted: {judged_by}"));
             }
             let Some(state) = pupil.session.tools.lesson() else {
                 return fail("it was left".to_owned());
@@ -251,7 +251,7 @@ pub fn check(lesson: &Lesson) -> Result<String, Unplayed> {
             }
             for (way, went_on) in wrong_ways(lesson, number, &runs, WRONG_S.max(LONGER * took))? {
                 if went_on {
-                    return fail(format!("the wrong way {way} is accepted"));
+                    return fail(format!("{way} is accepted, and is wrong"));
                 }
                 refused += 1;
             }
@@ -271,18 +271,22 @@ pub fn check(lesson: &Lesson) -> Result<String, Unplayed> {
     Ok(lines)
 }
 
+/// The name of a lesson, the number of a step of it and its line.
+fn place(lesson: &Lesson, number: usize) -> String {
+    let line = lesson.steps[number].line.map(|line| format!(", line {line}")).unwrap_or_default();
+    format!("{}: step {}{line}", lesson.name, number + 1)
+}
+
 /// Checks the names of keys and panels, which the reader of lessons does not know.
 fn check_names(lesson: &Lesson) -> Result<(), Unplayed> {
-    let wrong = |place: String, what: String| {
-        Err(Unplayed::Unreadable(format!("{}: {place}: {what}", lesson.name)))
-    };
+    let wrong = |place: String, what: String| Err(Unplayed::Unreadable(format!("{place}: {what}")));
     for Quantity { name, measure } in &lesson.measure {
         if let Measure::Screen(ScreenMeasure::Shows(panel)) = measure
             && panel_of(panel).is_none()
         {
             let cure = "`sandbox list keys` names the panels";
             return wrong(
-                format!("measure.{name}"),
+                format!("{}: measure.{name}", lesson.name),
                 format!("there is no panel `{panel}`; {cure}"),
             );
         }
@@ -295,13 +299,13 @@ fn check_names(lesson: &Lesson) -> Result<(), Unplayed> {
             let guess = did_you_mean(nearest(name, pointable()).map(|near| format!("\"{near}\"")));
             let cure = format!("{guess}name a body, or a control as it is written on the screen");
             return wrong(
-                format!("steps[{i}].point_at"),
+                format!("{}: point_at", place(lesson, i)),
                 format!("there is no \"{name}\"; {cure}"),
             );
         }
         for (path, action) in step.goal.actions() {
             if let Some(error) = action.key().and_then(|key| key_of_word(key).err()) {
-                return wrong(format!("steps[{i}].{path}"), error.to_string());
+                return wrong(format!("{}: {path}", place(lesson, i)), error.to_string());
             }
         }
     }
@@ -317,8 +321,7 @@ fn check_claims(lesson: &Lesson) -> Result<(), Unplayed> {
             .is_some_and(|quantity| !matches!(quantity.measure, Measure::Run(RunMeasure::Mass(_))))
     };
     for (i, step) in lesson.steps.iter().enumerate() {
-        let fail =
-            |what: String| Err(Unplayed::Wrong(format!("{}: steps[{i}]: {what}", lesson.name)));
+        let fail = |what: String| Err(Unplayed::Wrong(format!("{}: {what}", place(lesson, i))));
         let claims = step.then.claims();
         if claims.is_empty() && step.holds.is_some() {
             return fail(
@@ -356,7 +359,7 @@ fn other_ways(
     let play = |(way, actions): (usize, &Vec<Action>)| {
         let mut pupil = at_step(lesson, number, runs)?;
         let held = pupil.act(actions, PATIENCE_S)?.then(|| pupil.session.tools.lesson()).flatten();
-        Ok((format!("also[{way}]"), held.map(|state| state.holds)))
+        Ok((format!("way {} of `also`", way + 1), held.map(|state| state.holds)))
     };
     also.iter().enumerate().map(play).collect()
 }
@@ -371,7 +374,8 @@ fn wrong_ways(
     let judged = |answers: Vec<&String>| {
         let mut pupil = at_step(lesson, number, runs)?;
         let judge = |answer: &String| {
-            (format!("{answer:?}"), pupil.session.tools.lessons().accepts(answer))
+            let learn = pupil.session.tools.lessons();
+            (format!("the answer {answer:?} ({})", learn.judged_by()), learn.accepts(answer))
         };
         Ok::<Vec<_>, Unplayed>(answers.into_iter().map(judge).collect())
     };
@@ -379,16 +383,16 @@ fn wrong_ways(
         Goal::Done { wrong, .. } => {
             let play = |(way, actions): (usize, &Vec<Action>)| {
                 Ok((
-                    format!("wrong[{way}]"),
+                    format!("way {} of `wrong`", way + 1),
                     at_step(lesson, number, runs)?.act(actions, patience)?,
                 ))
             };
             wrong.iter().enumerate().map(play).collect()
         }
-        Goal::Number { wrong, .. } => judged(wrong.iter().collect()),
+        Goal::Number { wrong, .. } => judged(wrong.iter().map(|wrong| &wrong.answer).collect()),
         Goal::Choice { choices, .. } => {
             // Several may be right, but not all.
-            let all = judged(choices.iter().map(|(say, _)| say).collect())?;
+            let all = judged(choices.iter().map(|choice| &choice.say).collect())?;
             let none_is_wrong = all.iter().all(|(_, right)| *right);
             Ok(all.into_iter().filter(|(_, right)| none_is_wrong || !right).collect())
         }

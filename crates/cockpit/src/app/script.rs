@@ -6,7 +6,7 @@
 use std::path::Path;
 
 use egui::accesskit::ActionRequest;
-use scene::{Action, InputAction, Recording, Scene, Script, Source};
+use scene::{Action, InputAction, Recording, Scene, Script, Source, Step, When};
 
 use crate::actions::{self, Act};
 use crate::app::player::Player;
@@ -40,6 +40,29 @@ impl Player {
         }
         if unknown.is_empty() { Ok(Self::of(steps, named_frames)) } else { Err(unknown) }
     }
+}
+
+/// How long an action lasts by itself, s.
+pub(super) fn length_s(action: &Action) -> f64 {
+    match action {
+        Action::Input(InputAction::Hold(_, seconds) | InputAction::Wait(seconds)) => *seconds,
+        Action::Input(_) | Action::Change(_) | Action::Picture(_) => 0.0,
+    }
+}
+
+/// The time between two actions that a person watches, s.
+const APART_S: f64 = 0.7;
+
+/// Players of `actions` of a lesson, each with its frame time, s: from `at` on, so slowly that a person can follow.
+pub(super) fn shown(actions: &[Action], mut at: f64) -> Vec<(f64, Player)> {
+    let player = |action: &Action| {
+        let steps = vec![Step { when: When::Frame(0), action: action.clone() }];
+        at += APART_S;
+        let player = (at, Player::new(Script { steps, recording: None }).ok()?);
+        at += length_s(action);
+        Some(player)
+    };
+    actions.iter().filter_map(player).collect()
 }
 
 /// Actions that may bring removed bodies back.

@@ -20,6 +20,7 @@ use crate::app::arrangement;
 use crate::app::hands::{Hands, Reach};
 use crate::app::layout::lay_out;
 use crate::app::player::Player;
+use crate::app::script;
 use crate::app::ui::{Control, Ui};
 use crate::clock::{FrameClock, FrameTime};
 use crate::input::{Input, InputFrame, SwitchedBy};
@@ -54,6 +55,8 @@ pub struct Session {
     pub(crate) hands: Hands,
     pub(crate) ui: Ui,
     pub(crate) player: Option<Player>,
+    /// The solution of a step of a lesson that is being shown: players, and when they begin, s of frame time.
+    shown: Vec<(f64, Player)>,
     /// The settings that were chosen in the panels of the last frame, as inputs: a recording has them in the next one.
     pub chosen: Vec<Input>,
     /// Whether a scene was opened whose bodies are to be framed once the view has its place.
@@ -76,6 +79,7 @@ impl Session {
             hands: Hands::default(),
             ui: Ui::new(options.size_px),
             player: None,
+            shown: Vec::new(),
             chosen: Vec::new(),
             opened: false,
             unseen: false,
@@ -118,6 +122,9 @@ impl Session {
         self.tools.after_ticks(&mut self.stage, &self.view, self.ui.opened(), time);
         let begins = self.tools.learn.take_begin(&self.stage, time.total());
         begins.into_iter().for_each(|begin| self.begin_step(begin));
+        if let Some(solution) = self.tools.learn.take_solution() {
+            self.shown = script::shown(&solution, time.total());
+        }
         self.show_panels(time);
         self.stage.continue_seek(after_tick);
         self.follow();
@@ -142,7 +149,7 @@ impl Session {
             let last = tick == ticks && self.stage.options().interpolate;
             let repeated = self.stage.begin_tick(last || self.view.follows_ticks(&self.stage));
             self.follow();
-            self.tools.each().for_each(|(_, tool)| tool.before_tick(&self.stage, last));
+            self.tools.before_tick(&self.stage, &self.view, self.ui.opened(), last);
             self.stage.tick(repeated, self.tools.ledger.kept_mut());
             self.tools.ledger.note(&self.stage);
             self.view.after_tick(&self.stage);
@@ -195,6 +202,7 @@ impl Session {
         self.view.expire_flash(time.total());
         let Self { stage, view, tools, ui, .. } = self;
         let (mut intents, text) = (Vec::new(), Arc::clone(&stage.sim().scene.text));
+        ui.fit_hand(view.by_finger);
         ui.run(time, |ui, root| intents.extend(lay_out(ui, root, stage, view, tools)));
         intents.extend(ui.refusal().map(Intent::Refuse));
         for intent in intents {
@@ -651,12 +659,28 @@ impl Session {
         self.player.as_ref()
     }
 
-    /// Carries out the steps of the script at the start of a frame.
+    /// Carries out the steps of the script, and those of a solution, at the start of a frame.
     fn play_frame(&mut self, time: FrameTime) {
         let (frame, ticks) = (self.stage.playback().frames(), self.stage.sim().ticks());
-        let Some(player) = &mut self.player else { return };
-        for input in player.of_frame(frame, ticks, time.total() - time.length(), time.total()) {
+        let start = time.total() - time.length();
+        let player = self.player.iter_mut();
+        let inputs = player.flat_map(|player| player.of_frame(frame, ticks, start, time.total()));
+        for input in inputs.collect::<Vec<_>>() {
             self.handle(&input);
+        }
+        if self.tools.learn.lesson().is_none() {
+            self.shown.clear();
+        }
+        let shown = self.shown.iter_mut().filter(|(at, _)| *at <= time.total());
+        let inputs =
+            shown.flat_map(|(_, player)| player.of_frame(frame, ticks, start, time.total()));
+        for input in inputs.collect::<Vec<_>>() {
+            // The pointer is on the button that shows the solution, where the wheel would scroll.
+            if let Input::Wheel(notches) = input {
+                self.view.turn_force(&self.stage, notches);
+            } else {
+                self.handle(&input);
+            }
         }
     }
 
@@ -733,7 +757,8 @@ impl Session {
     #[must_use]
     pub fn changes_in_s(&mut self) -> f64 {
         let works = self.tools.each().any(|(panel, tool)| self.ui.shows(panel) && tool.works());
-        let plays = self.player.as_ref().is_some_and(|player| !player.finished());
+        let shown = self.shown.iter().map(|(_, player)| player);
+        let plays = self.player.iter().chain(shown).any(|player| !player.finished());
         let does =
             plays || works || self.hands.act_by_themselves() || !self.stage.orders.is_empty();
         if does || !self.stage.playback().paused() || self.stage.recorder().is_seeking() {

@@ -110,6 +110,12 @@ impl Notices {
         self.shown.iter().map(|notice| notice.until.unwrap_or(now)).fold(f64::INFINITY, f64::min)
     }
 
+    /// The texts that are shown in the picture; with bars, one of them tells of faults.
+    pub(crate) fn in_picture(&self, has_bars: bool) -> impl Iterator<Item = &str> {
+        let shown = self.shown.iter().filter(move |it| !has_bars || it.topic != Topic::Fault);
+        shown.map(|notice| notice.text.as_str())
+    }
+
     /// The texts that are shown.
     pub fn texts(&self) -> impl Iterator<Item = &str> {
         self.shown.iter().map(|notice| notice.text.as_str())

@@ -4,17 +4,17 @@ mod missing;
 mod panel;
 mod state;
 
-use egui::{Align2, Color32, Context, Id, Painter, Rect, Ui};
+use egui::{Align2, Context, Id, Ui};
 use motion::Gravity;
 
 use crate::clock::FrameTime;
 use crate::panels::{PANELS, Panel};
 use crate::stage::Stage;
 use crate::tools::tool::{Anchor, Desk, Tool};
-use crate::view::labels::around;
-use crate::view::{View, marks};
+use crate::view::View;
+use crate::view::labels::{Label, around};
 
-pub(crate) use panel::{HEIGHT, welcome};
+pub(crate) use panel::{height, page, welcome};
 pub use state::Learn;
 pub use state::LessonState;
 pub(crate) use state::Screen;
@@ -47,31 +47,22 @@ impl Tool for Learn {
         self.begin_world(stage);
     }
 
-    fn after_ticks(&mut self, stage: &mut Stage, _: &View, open: bool, _: FrameTime) {
-        self.shown = open;
+    fn begin_frame(&mut self, stage: &Stage, open: bool) {
+        Self::begin_frame(self, stage, open);
+    }
+
+    fn after_ticks(&mut self, stage: &mut Stage, _: &View, _: bool, _: FrameTime) {
         let falls = stage.sim().world.get_resource::<Gravity>().is_some_and(|gravity| gravity.on);
         self.tried = [self.tried[0] || stage.here().pull.is_some(), self.tried[1] || falls];
     }
+}
 
-    fn write(
-        &self,
-        stage: &Stage,
-        view: &View,
-        painter: &Painter,
-        _panel: Option<Rect>,
-        _taken: Vec<Rect>,
-    ) {
-        let body = self
-            .points_at()
-            .filter(|_| self.shown && self.is_at_home(stage))
-            .and_then(|name| stage.sim().named(name));
-        if let Some((_, label)) = body.and_then(|body| view.label(stage, body, "", around)) {
-            marks::ring(
-                painter,
-                &label,
-                &[(5.0, Color32::from_black_alpha(140)), (2.5, marks::POINTER)],
-            );
-        }
+impl Learn {
+    /// The body at which the present step points, to be marked by a ring.
+    pub(crate) fn marked(&self, stage: &Stage, view: &View) -> Option<Label> {
+        let name = self.points_at().filter(|_| self.shown && self.is_at_home(stage))?;
+        let (_, label) = view.label(stage, stage.sim().named(name)?, "", around)?;
+        Some(label)
     }
 }
 

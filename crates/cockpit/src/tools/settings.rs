@@ -40,7 +40,7 @@ impl Tool for Settings {
         ui.separator();
         ui.horizontal(|ui| {
             let rate = 1.0 / stage.sim().world.resource::<TimeStep>().0;
-            ui.label("step_hz");
+            ui.label("ticks per second");
             let asked = value_field(ui, "step_hz", STEP_RATE, rate, 0.01 * rate, " Hz");
             let change = |rate| Intent::Change(Change::Step(1.0 / rate), SwitchedBy::Settings);
             push(intents, asked, change);

@@ -13,12 +13,17 @@ const SPEED: f64 = 100.0;
 /// Offset of a locked camera from the body that it looks at, m.
 const LOCKED_OFFSET: DVec3 = DVec3::new(0.0, 14.0, 20.0);
 
+/// Nearest distance that is drawn, as a part of that to what is looked at.
+const NEAR: f64 = 0.1;
+
 /// The camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
     start: CameraSpec,
     /// Flying speed, m/s.
     speed: f64,
+    /// Nearest distance that is drawn, m.
+    near_m: f64,
     /// Eye, m.
     pub position: DVec3,
     /// Turn about the right axis, degrees in [-90, 90].
@@ -32,7 +37,8 @@ impl Camera {
     #[must_use]
     pub fn new(start: CameraSpec) -> Self {
         let yaw = start.yaw_deg.rem_euclid(360.0);
-        Self { start, speed: SPEED, position: start.position, pitch: start.pitch_deg, yaw }
+        let (near_m, position, pitch) = (start.near, start.position, start.pitch_deg);
+        Self { start, speed: SPEED, near_m, position, pitch, yaw }
     }
 
     /// The same camera, with a speed at which it flies to a scene `distance` meters away in about a second: 1, 2 or 5 m/s times a
@@ -55,6 +61,11 @@ impl Camera {
     /// Puts the camera back to where the scene put it.
     pub fn reset(&mut self) {
         *self = Self { speed: self.speed, ..Self::new(self.start) };
+    }
+
+    /// Draws what is seen from a distance in meters, however small it is.
+    pub fn draw_from(&mut self, distance: f64) {
+        self.near_m = self.start.near.min(NEAR * distance);
     }
 
     /// Turns the camera by counts of the mouse, right and down.
@@ -90,13 +101,13 @@ impl Camera {
     /// The camera as rays and pictures need it.
     #[must_use]
     pub fn viewpoint(&self) -> Viewpoint {
-        let CameraSpec { fov_y_deg, near, far, .. } = self.start;
+        let CameraSpec { fov_y_deg, far, .. } = self.start;
         Viewpoint::from_pitch_yaw(
             self.position,
             self.pitch,
             self.yaw,
             fov_y_deg.to_radians(),
-            near,
+            self.near_m,
             far,
         )
     }

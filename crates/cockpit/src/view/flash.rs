@@ -10,7 +10,7 @@ use report::numbers::{digits, significant};
 use crate::stage::Stage;
 use crate::view::View;
 use crate::view::arrows::color_of;
-use crate::view::hud::{as_in_picture, point, text};
+use crate::view::hud::{SIZE, as_in_picture, point, text};
 
 /// How long it is shown, s.
 const SHOWN_S: f64 = 1.2;
@@ -77,7 +77,7 @@ impl View {
             point(painter, at) + Vec2::new(0.0, 6.0),
             Align2::CENTER_TOP,
             &words,
-            FontId::proportional(15.0),
+            FontId::proportional(SIZE),
             color,
         );
     }

@@ -1,10 +1,7 @@
 //! The tutorial's words in the tutorial's places, a cross-hair, and the state of the run. In the cockpit the bars say most of
 //! this, and only legends and warnings are written here.
 
-use egui::text::LayoutJob;
-use egui::{
-    Align, Align2, Color32, Context, FontId, Id, Painter, Pos2, Rect, Sense, Stroke, Ui, Vec2,
-};
+use egui::{Align2, Color32, Context, FontId, Id, Painter, Pos2, Rect, Sense, Stroke, Ui, Vec2};
 use glam::{DVec2, DVec3};
 use motion::clock::StepClock;
 use motion::{Gravity, TimeStep};
@@ -12,15 +9,25 @@ use report::numbers::{digits, length_unit, pace_words, scene_time, tick_rate};
 
 use crate::stage::Stage;
 use crate::view::arrows::{VELOCITY_SCALE, color_of};
+use crate::view::inks;
 use crate::view::{Measured, Mode, View};
 
 /// The light gray in which the tutorial's texts are drawn.
 const TEXT: Color32 = Color32::from_rgb(191, 191, 191);
 
-/// Color of the program's own words, which are thinner and on the bright sky.
+/// Color of the program's own words.
 pub(crate) const THIN: Color32 = Color32::from_rgb(235, 235, 235);
 
-const WARNING: Color32 = Color32::from_rgb(255, 190, 60);
+const WARNING: Color32 = Color32::from_rgb(255, 200, 90);
+
+/// The ground of words in the picture: so dark that they have a contrast of 4.5 to it on the brightest sky.
+pub(super) const PLATE: Color32 = Color32::from_rgba_unmultiplied_const(20, 24, 30, 208);
+
+/// Space around words on a plate, as multiples of their size.
+const PADDING: Vec2 = Vec2::new(0.43, 0.18);
+
+/// Size of words in the cockpit, points.
+pub(crate) const SIZE: f32 = 14.0;
 
 /// Place of the click force in the tutorial: percent of width and height from the top left, to the lower left corner of the
 /// words.
@@ -40,6 +47,9 @@ const NOTICES_IN_COCKPIT_AT: Vec2 = Vec2::new(50.0, 3.0);
 /// Distance from line to line, as a multiple of the size of the words.
 const LINE: f32 = 1.3;
 
+/// Space between two plates, points.
+const BETWEEN: f32 = 3.0;
+
 /// Widest line of a notice, as a fraction of the width of the window.
 const NOTICE_WIDTH: f32 = 0.94;
 
@@ -50,12 +60,14 @@ struct Words {
     text: String,
     font: FontId,
     color: Color32,
+    /// Whether they are words of the tutorial's picture, with a rim and no plate.
+    rimmed: bool,
 }
 
 /// Size of the words, points: the tutorial's glyphs are 1.9 % of the width apart.
 fn size(painter: &Painter, view: &View) -> f32 {
     match view.view_px {
-        Some(_) => 16.0,
+        Some(_) => SIZE,
         None => (painter.clip_rect().width() * 0.019 / 0.6).clamp(10.0, 40.0) * 0.75,
     }
 }
@@ -67,15 +79,17 @@ fn at(painter: &Painter, percent: Vec2) -> Pos2 {
 /// Writes all words.
 pub(crate) fn show(painter: &Painter, stage: &Stage, view: &View) {
     let (all, corner) = words(painter, stage, view);
-    for Words { at, anchor, text: words, font, color } in all {
-        text(painter, at, anchor, &words, font, color);
+    for Words { at, anchor, text: words, font, color, rimmed } in all {
+        let write = if rimmed { rimmed_text } else { text };
+        write(painter, at, anchor, &words, font, color);
     }
     let notices_at = match view.has_bars() {
         // Below the words in the corner, which may reach as far as a notice.
         true => at(painter, NOTICES_IN_COCKPIT_AT) + Vec2::Y * corner,
         false => at(painter, NOTICES_AT),
     };
-    notices(painter, notices_at, stage.notices.texts(), size(painter, view) * 0.8);
+    let small = if view.has_bars() { SIZE } else { size(painter, view) * 0.8 };
+    notices(painter, notices_at, stage.notices.in_picture(view.has_bars()), small);
     if view.mode == Mode::Camera {
         cross_hair(painter, painter.clip_rect().center());
     }
@@ -83,11 +97,12 @@ pub(crate) fn show(painter: &Painter, stage: &Stage, view: &View) {
 
 /// Writes `words` at the bottom and, into pictures without bars, the time of the scene and a scale bar at the top.
 pub(crate) fn caption(painter: &Painter, stage: &Stage, view: &View, words: &str) {
-    let font = FontId::proportional(if view.has_bars() { 14.0 } else { caption_size(painter) });
+    let font = FontId::proportional(if view.has_bars() { SIZE } else { caption_size(painter) });
     let write = |percent, anchor, words: &str| {
         text(painter, at(painter, percent), anchor, words, font.clone(), Color32::WHITE);
     };
-    let lines = wrapped(painter, words, &font, 0.94 * painter.clip_rect().width());
+    let widest = (NOTICE_WIDTH * painter.clip_rect().width()).min(WIDEST * font.size);
+    let lines = wrapped(painter, words, &font, widest);
     write(Vec2::new(2.0, 98.0), Align2::LEFT_BOTTOM, &lines);
     if !view.has_bars() {
         let seconds = stage.sim().world.resource::<StepClock>().scene_seconds();
@@ -96,6 +111,9 @@ pub(crate) fn caption(painter: &Painter, stage: &Stage, view: &View, words: &str
         scale_bar(painter, stage, view, &font);
     }
 }
+
+/// Widest line of a caption, as a multiple of the size of its words.
+const WIDEST: f32 = 48.0;
 
 /// Size of the words of a caption in a picture, points: they are read where the picture is half as large.
 fn caption_size(painter: &Painter) -> f32 {
@@ -147,8 +165,8 @@ fn round_below(value: f64) -> f64 {
 
 /// The rectangles of words that do not come and go.
 pub(crate) fn places(painter: &Painter, stage: &Stage, view: &View) -> Vec<Rect> {
-    let place = |Words { at, anchor, text, font, color }| {
-        anchor.anchor_size(at, painter.layout_no_wrap(text, font, color).size())
+    let place = |Words { at, anchor, text, font, .. }| {
+        anchor.anchor_size(at, plate_size(painter, &text, &font))
     };
     words(painter, stage, view).0.into_iter().map(place).collect()
 }
@@ -157,7 +175,8 @@ pub(crate) fn places(painter: &Painter, stage: &Stage, view: &View) -> Vec<Rect>
 fn words(painter: &Painter, stage: &Stage, view: &View) -> (Vec<Words>, f32) {
     let size = size(painter, view);
     let mut all = Vec::new();
-    let small = FontId::proportional(size * 0.8);
+    let rimmed = !view.has_bars();
+    let small = FontId::proportional(if rimmed { size * 0.8 } else { SIZE });
     if !view.has_bars() {
         all.extend(tutorial(stage, view).into_iter().map(|(percent, text)| Words {
             at: at(painter, percent),
@@ -165,6 +184,7 @@ fn words(painter: &Painter, stage: &Stage, view: &View) -> (Vec<Words>, f32) {
             text,
             font: FontId::monospace(size),
             color: TEXT,
+            rimmed: true,
         }));
         all.push(Words {
             at: at(painter, Vec2::new(99.0, 97.0)),
@@ -172,13 +192,16 @@ fn words(painter: &Painter, stage: &Stage, view: &View) -> (Vec<Words>, f32) {
             text: "H help   Tab settings".to_owned(),
             font: small.clone(),
             color: THIN,
+            rimmed: true,
         });
     }
     let (corner, mut height) = (at(painter, Vec2::new(99.0, 2.0)), 0.0);
     for (text, color) in state(stage, view) {
         let at = corner + Vec2::Y * height;
-        all.push(Words { at, anchor: Align2::RIGHT_TOP, text, font: small.clone(), color });
-        height += small.size * LINE;
+        let anchor = Align2::RIGHT_TOP;
+        all.push(Words { at, anchor, text, font: small.clone(), color, rimmed });
+        let plate = if rimmed { 0.0 } else { 2.0 * PADDING.y * small.size + BETWEEN };
+        height += small.size * LINE + plate;
     }
     (all, height)
 }
@@ -213,24 +236,11 @@ fn notices<'a>(
     size: f32,
 ) {
     let font = FontId::proportional(size);
-    let most = painter.clip_rect().width() * NOTICE_WIDTH;
+    let widest = painter.clip_rect().width() * NOTICE_WIDTH;
     for notice in notices {
-        let line = painter.layout_no_wrap(notice.to_owned(), font.clone(), WARNING);
-        let lines = if line.size().x > most {
-            let mut job = LayoutJob::simple(notice.to_owned(), font.clone(), WARNING, most);
-            job.halign = Align::Center;
-            let lines = painter.layout_job(job);
-            for corner in RIM {
-                let rim = Color32::from_black_alpha(200);
-                painter.galley_with_override_text_color(place + corner, lines.clone(), rim);
-            }
-            painter.galley(place, lines.clone(), WARNING);
-            lines.rows.len()
-        } else {
-            text(painter, place, Align2::CENTER_TOP, notice, font.clone(), WARNING);
-            1
-        };
-        (0..lines).for_each(|_| place.y += size * LINE);
+        let lines = wrapped(painter, notice, &font, widest);
+        let plate = text(painter, place, Align2::CENTER_TOP, &lines, font.clone(), WARNING);
+        place.y = plate.bottom() + BETWEEN;
     }
 }
 
@@ -342,7 +352,7 @@ pub(crate) fn write_on_paper(context: &Context, paper: bool) {
     context.data_mut(|data| data.insert_temp(on_paper(), paper));
 }
 
-/// Writes words with a dark rim, readable on sky and checker alike; on paper they are black.
+/// Writes words on a plate, within the picture; on paper they are black and have none. Returns the place of the plate.
 pub(crate) fn text(
     painter: &Painter,
     at: Pos2,
@@ -350,15 +360,48 @@ pub(crate) fn text(
     words: &str,
     font: FontId,
     color: Color32,
-) {
-    if painter.ctx().data(|data| data.get_temp(on_paper())).unwrap_or(false) {
-        painter.text(at, anchor, words, font, Color32::BLACK);
-        return;
+) -> Rect {
+    let padding = font.size * PADDING;
+    if is_on_paper(painter) {
+        return painter.text(at, anchor, words, font, Color32::BLACK).expand2(padding);
+    }
+    let color = inks::on_plate(PLATE, color);
+    let lines = painter.layout_no_wrap(words.to_owned(), font, color);
+    let plate = anchor.anchor_size(at, lines.size() + 2.0 * padding);
+    let screen = painter.clip_rect();
+    let plate = plate.translate((screen.min - plate.min).max(Vec2::ZERO));
+    let plate = plate.translate((screen.max - plate.max).min(Vec2::ZERO));
+    painter.rect_filled(plate, 4.0, PLATE);
+    painter.galley(plate.min + padding, lines, color);
+    plate
+}
+
+/// The size of the plate of words, points.
+pub(crate) fn plate_size(painter: &Painter, words: &str, font: &FontId) -> Vec2 {
+    let size = painter.layout_no_wrap(words.to_owned(), font.clone(), THIN).size();
+    size + 2.0 * font.size * PADDING
+}
+
+/// Writes words of the tutorial's picture with a dark rim, readable on sky and checker alike; on paper they are black.
+fn rimmed_text(
+    painter: &Painter,
+    at: Pos2,
+    anchor: Align2,
+    words: &str,
+    font: FontId,
+    color: Color32,
+) -> Rect {
+    if is_on_paper(painter) {
+        return painter.text(at, anchor, words, font, Color32::BLACK);
     }
     for corner in RIM {
         painter.text(at + corner, anchor, words, font.clone(), Color32::from_black_alpha(200));
     }
-    painter.text(at, anchor, words, font, color);
+    painter.text(at, anchor, words, font, color)
+}
+
+fn is_on_paper(painter: &Painter) -> bool {
+    painter.ctx().data(|data| data.get_temp(on_paper())).unwrap_or(false)
 }
 
 /// Converts a pixel of the picture, from its top left, to points.

@@ -25,9 +25,20 @@ pub(crate) fn of_method(visuals: &Visuals, method: Method) -> Color32 {
     marks(visuals, Color32::from_rgb(r, g, b))
 }
 
+/// `color` for words on `plate`, a dark translucent ground over any picture.
+pub(crate) fn on_plate(plate: Color32, color: Color32) -> Color32 {
+    let behind = [Color32::WHITE, Color32::BLACK].map(|picture| picture.blend(plate));
+    apart_from(&behind, color, Color32::WHITE, WORDS)
+}
+
 fn apart(visuals: &Visuals, color: Color32, least: f32) -> Color32 {
     let behind = [visuals.panel_fill, visuals.extreme_bg_color, striped(visuals)];
     let end = if visuals.dark_mode { Color32::WHITE } else { Color32::BLACK };
+    apart_from(&behind, color, end, least)
+}
+
+/// `color` moved toward `end` until its contrast with each of `behind` is at least `least`.
+fn apart_from(behind: &[Color32], color: Color32, end: Color32, least: f32) -> Color32 {
     let steps = (0..=32_u8).map(|step| color.lerp_to_gamma(end, f32::from(step) / 32.0));
     let seen = |color: &Color32| behind.iter().all(|behind| contrast(*color, *behind) >= least);
     steps.into_iter().find(seen).unwrap_or(end)
@@ -50,6 +61,7 @@ pub(crate) fn contrast(a: Color32, b: Color32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::view::hud::PLATE;
 
     #[test]
     fn methods_and_words_are_seen_in_both_themes_and_change_only_where_they_must() {
@@ -67,6 +79,21 @@ mod tests {
                 assert!(worst(here) >= MARKS, "{method:?} {here:?}");
                 assert_eq!(here == everywhere, worst(everywhere) >= MARKS, "{method:?}");
                 assert!(worst(words(&visuals, everywhere)) >= WORDS);
+            }
+        }
+    }
+
+    #[test]
+    fn words_in_the_picture_are_seen_on_every_sky() {
+        // From the darkest to colors that a cause or a warning has.
+        let colors = [0x00_0000, 0xff_5933, 0x8c_a6f2, 0xff_c85a, 0xff_ffff];
+        for color in colors.map(|rgb: u32| {
+            let [_, r, g, b] = rgb.to_be_bytes();
+            Color32::from_rgb(r, g, b)
+        }) {
+            for sky in [Color32::WHITE, Color32::BLACK, Color32::from_rgb(120, 160, 220)] {
+                let behind = sky.blend(PLATE);
+                assert!(contrast(on_plate(PLATE, color), behind) >= WORDS, "{color:?} on {sky:?}");
             }
         }
     }

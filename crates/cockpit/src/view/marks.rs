@@ -2,16 +2,17 @@
 
 use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Stroke, Vec2};
 
-use crate::view::hud::{THIN, point, text};
+use crate::view::hud::{SIZE, THIN, plate_size, point, text};
 use crate::view::labels::Label;
-
-const SIZE: f32 = 17.0;
 
 /// Points between a body and its words.
 const GAP: f32 = 5.0;
 
 /// Largest distance of words from the middle of a body, points, so that those of a floor are near its middle.
 const FARTHEST: f32 = 120.0;
+
+/// How much farther aside words may be where something else is, points; a line then leads to the body.
+const FARTHER: [f32; 6] = [0.0, 20.0, 45.0, 80.0, 130.0, 200.0];
 
 /// Least and largest radius of the ring around a faulty body, points: large enough to be seen, and small enough to
 /// look like a ring.
@@ -51,11 +52,21 @@ pub(crate) fn show_mark(painter: &Painter, mark: &Label) -> Rect {
 
 /// Draws a ring around a body in lines of those widths, points, and colors. Returns its radius, points.
 pub(crate) fn ring(painter: &Painter, mark: &Label, lines: &[(f32, Color32)]) -> f32 {
-    let radius = (1.3 * label_reach(painter, mark)).clamp(RING[0], RING[1]);
+    let radius = ring_radius(painter, mark);
     for (width, color) in lines {
         painter.circle_stroke(point(painter, mark.at), radius, Stroke::new(*width, *color));
     }
     radius
+}
+
+fn ring_radius(painter: &Painter, mark: &Label) -> f32 {
+    (1.3 * label_reach(painter, mark)).clamp(RING[0], RING[1])
+}
+
+/// The rectangle of the ring around a body.
+pub(crate) fn ring_place(painter: &Painter, mark: &Label) -> Rect {
+    let size = Vec2::splat(2.0 * (ring_radius(painter, mark) + GAP));
+    Rect::from_center_size(point(painter, mark.at), size)
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "pixels")]
@@ -74,12 +85,14 @@ fn words(
 ) -> Option<Rect> {
     let (words, middle) = (&label.text, point(painter, label.at));
     let font = FontId::proportional(SIZE);
-    let size = painter.layout_no_wrap(words.clone(), font.clone(), THIN).size();
-    let aside = Vec2::X * (reach + GAP);
-    let sides = [(middle + aside, Align2::LEFT_CENTER), (middle - aside, Align2::RIGHT_CENTER)];
+    let size = plate_size(painter, words, &font);
     let lines = [0.0, 1.1, -1.1, 2.2, -2.2].map(|lines| Vec2::Y * (lines * size.y));
     // To the sides only: words above a body seem to belong to whatever they end at.
-    let mut places = lines.into_iter().flat_map(|line| sides.map(|(at, side)| (at + line, side)));
+    let mut places = FARTHER.into_iter().flat_map(|farther| {
+        let aside = Vec2::X * (reach + GAP + farther);
+        let sides = [(middle + aside, Align2::LEFT_CENTER), (middle - aside, Align2::RIGHT_CENTER)];
+        lines.into_iter().flat_map(move |line| sides.map(|(at, side)| (at + line, side)))
+    });
     let screen = painter.clip_rect();
     let is_free = |(at, side): &(Pos2, Align2)| {
         let place = side.anchor_size(*at, size);
@@ -88,8 +101,10 @@ fn words(
             && !taken.iter().any(|other| other.intersects(place))
     };
     let (at, side) = places.clone().find(is_free).or_else(|| places.next().filter(|_| needed))?;
-    text(painter, at, side, words, font, THIN);
-    Some(side.anchor_size(at, size))
+    if (at.x - middle.x).abs() > reach + GAP + 1.0 {
+        painter.line_segment([middle, at], Stroke::new(1.0, THIN));
+    }
+    Some(text(painter, at, side, words, font, THIN))
 }
 
 #[cfg(test)]

@@ -25,8 +25,11 @@ const FAR: f64 = 1.6;
 /// Greatest number of bodies that are looked for in the view.
 const CROWD: usize = 10_000;
 
-/// Least radius that is framed, m.
-const SMALLEST: f64 = 0.5;
+/// The radius that is framed of what has none, m.
+const OF_A_POINT: f64 = 0.5;
+
+/// Least distance of the camera from what it approaches, m.
+const LEAST: f64 = 1e-6;
 
 /// How a drag of the pointer moves the camera about a place, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,7 +49,7 @@ impl View {
             return ray.at(hit.distance);
         }
         let selected = stage.selection().and_then(|thing| stage.drawn_position(thing));
-        selected.or_else(|| Some(extent(stage)?.0)).unwrap_or_else(|| ray.at(SMALLEST))
+        selected.or_else(|| Some(extent(stage)?.0)).unwrap_or_else(|| ray.at(OF_A_POINT))
     }
 
     /// Moves the camera by a drag of `by` pixels; a point has `pixels_per_point` pixels.
@@ -82,7 +85,8 @@ impl View {
         let (view, distance) = (self.viewpoint(), away.length());
         let wanted = distance * times;
         // Never through the pivot, and not so far away that nothing is drawn any more.
-        let wanted = wanted.clamp((2.0 * view.near_m).min(distance), view.far_m.max(distance));
+        let wanted = wanted.clamp(LEAST.min(distance), view.far_m.max(distance));
+        self.camera.draw_from(wanted);
         self.camera.position = pivot + away.normalize_or_zero() * wanted;
     }
 
@@ -90,15 +94,21 @@ impl View {
     pub(crate) fn frame(&mut self, stage: &Stage) {
         let Some((middle, radius)) = extent(stage) else { return };
         self.locked = None;
-        self.camera.position = middle - self.viewpoint().forward() * self.framed_distance(radius);
+        let distance = self.framed_distance(radius);
+        self.camera.position = middle - self.viewpoint().forward() * distance;
+        self.camera.draw_from(distance);
     }
 
-    /// Whether the scene left the camera to the program, and its bodies are seen from far away.
+    /// Whether the scene left the camera to the program, and its bodies are seen from far away, or the view is higher than wide, for
+    /// which no scene is made.
     #[must_use]
     pub fn should_be_framed(&self, stage: &Stage) -> bool {
         let Some((middle, radius)) = extent(stage) else { return false };
-        stage.sim().scene.camera == CameraSpec::TUTORIAL
-            && self.camera.position.distance(middle) > FAR * self.framed_distance(radius)
+        let [_, size] = self.view_area();
+        let is_upright = self.has_bars() && size.y > size.x;
+        is_upright
+            || stage.sim().scene.camera == CameraSpec::TUTORIAL
+                && self.camera.position.distance(middle) > FAR * self.framed_distance(radius)
     }
 
     /// The distance at which a ball of that radius fills the view, m.
@@ -106,7 +116,7 @@ impl View {
         let (view, [_, size]) = (self.viewpoint(), self.view_area());
         let half_up = (0.5 * view.fov_y_rad).tan();
         let half = half_up.min(half_up * size.x / size.y.max(1.0)).atan();
-        ROOM * radius.max(SMALLEST) / half.sin()
+        ROOM * if radius > 0.0 { radius } else { OF_A_POINT } / half.sin()
     }
 
     /// Pixels per meter across the picture: at the body that the camera follows, else at the middle of where all that moves

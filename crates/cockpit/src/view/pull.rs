@@ -7,7 +7,7 @@ use render::{Frame, Line};
 use crate::stage::Stage;
 use crate::stage::pull::Pull;
 use crate::view::View;
-use crate::view::hud::{THIN, point, text};
+use crate::view::hud::{SIZE, THIN, point, text};
 
 const COLOR: [f32; 4] = [1.0, 0.8, 0.2, 1.0];
 
@@ -42,7 +42,7 @@ impl View {
         let limit = if pull.limited { ", the most" } else { "" };
         let words = format!("{} N{limit}", report::numbers::digits(pull.newtons));
         let at = point(painter, self.pointer);
-        let font = FontId::proportional(15.0);
+        let font = FontId::proportional(SIZE);
         text(painter, at + Vec2::new(14.0, -10.0), Align2::LEFT_BOTTOM, &words, font, THIN);
     }
 }

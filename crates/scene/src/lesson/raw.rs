@@ -9,8 +9,8 @@ use serde::Deserialize;
 use serde::de::{Deserializer, IgnoredAny, MapAccess, Visitor};
 
 use super::{
-    Begin, Formula, Goal, LESSON_VERSION, Lesson, LessonRun, LessonStep, Measure, Quantity,
-    RunMeasure, SUFFIXES, Sentence,
+    Begin, Choice, Formula, Goal, LESSON_VERSION, Lesson, LessonRun, LessonStep, Measure, Quantity,
+    RunMeasure, SUFFIXES, Sentence, WrongAnswer,
 };
 use crate::action::{Action, ChangeAction, InputAction};
 use crate::check::{Rule, STEP_RATE, Scope, positive, rule};
@@ -19,6 +19,7 @@ use crate::scene::Scene;
 use crate::script::undeclared;
 use crate::shipped;
 use crate::text::faults::{Faults, SceneError};
+use crate::text::locate::lines;
 use crate::text::nearest::suggest;
 use crate::text::syntax::{self, Name, Word, keys_of};
 
@@ -77,6 +78,7 @@ struct RawStep {
     #[serde(default)]
     begin: Vec<Begin>,
     hint: Option<String>,
+    missing: Option<String>,
     done: Option<String>,
     solution: Option<Vec<Action>>,
     #[serde(default)]
@@ -89,7 +91,7 @@ struct RawStep {
     choices: Option<Vec<RawChoice>>,
     answer: Option<String>,
     #[serde(default)]
-    wrong_answers: Vec<String>,
+    wrong_answers: Vec<RawWrong>,
     then: Option<String>,
     holds: Option<String>,
 }
@@ -99,6 +101,25 @@ struct RawStep {
 struct RawChoice {
     say: Option<String>,
     right: Option<String>,
+    why: Option<String>,
+}
+
+/// A wrong answer, alone or with what is said about it.
+#[derive(Debug, Deserialize)]
+#[serde(untagged, expecting = "an answer in quotes, or (answer: \"3\", why: \"...\")")]
+enum RawWrong {
+    Alone(String),
+    Explained { answer: String, why: String },
+}
+
+impl From<RawWrong> for WrongAnswer {
+    fn from(raw: RawWrong) -> Self {
+        let (answer, why) = match raw {
+            RawWrong::Alone(answer) => (answer, String::new()),
+            RawWrong::Explained { answer, why } => (answer, why),
+        };
+        Self { answer, why }
+    }
 }
 
 /// A group with names of the writer's own: `(speed_of_ball: speed("ball"))`.
@@ -140,8 +161,11 @@ pub(super) fn parse(name: &str, text: &str, load: &Load<'_>) -> Result<Lesson, S
         .map_err(|error| syntax::error(name, text, "", &error))?;
     let mut faults = Faults::default();
     unknown.iter().for_each(|path| faults.unknown_key(path, keys_at(path)));
-    let lesson = Reader { faults: &mut faults, name, load, scenes: HashMap::new() }.lesson(raw);
+    let mut lesson = Reader { faults: &mut faults, name, load, scenes: HashMap::new() }.lesson(raw);
     faults.check(name, text, "")?;
+    let paths: Vec<_> = (0..lesson.steps.len()).map(|i| format!("steps[{i}]")).collect();
+    let lines = lines(text, &paths.iter().map(String::as_str).collect::<Vec<_>>());
+    lesson.steps.iter_mut().zip(lines).for_each(|(step, line)| step.line = line);
     Ok(lesson)
 }
 
@@ -396,6 +420,7 @@ impl Reader<'_> {
             ("solution", !is_done && raw.solution.is_some()),
             ("also", !is_done && !raw.also.is_empty()),
             ("wrong", !is_done && !raw.wrong.is_empty()),
+            ("missing", !is_done && raw.missing.is_some()),
             ("answer", is_done && raw.answer.is_some()),
             ("wrong_answers", raw.number.is_none() && !raw.wrong_answers.is_empty()),
             ("unit", raw.number.is_none() && raw.unit.is_some()),
@@ -433,7 +458,7 @@ impl Reader<'_> {
                         .enumerate()
                         .map(|(n, choice)| self.choice(i, n, choice, names))
                         .collect();
-                    if !choices.iter().any(|(say, _)| *say == solution) {
+                    if !choices.iter().any(|choice| choice.say == solution) {
                         self.faults.refuse(
                             scope,
                             "answer",
@@ -462,7 +487,7 @@ impl Reader<'_> {
                     ),
                     unit: raw.unit.unwrap_or_default(),
                     solution,
-                    wrong: raw.wrong_answers,
+                    wrong: raw.wrong_answers.into_iter().map(WrongAnswer::from).collect(),
                 },
             }
         };
@@ -472,19 +497,15 @@ impl Reader<'_> {
             point_at: raw.point_at,
             begin: raw.begin,
             hint: raw.hint.unwrap_or_default(),
+            missing: raw.missing.unwrap_or_default(),
             goal,
             then,
             holds,
+            line: None,
         }
     }
 
-    fn choice(
-        &mut self,
-        i: usize,
-        n: usize,
-        raw: RawChoice,
-        names: &HashSet<String>,
-    ) -> (String, Formula) {
+    fn choice(&mut self, i: usize, n: usize, raw: RawChoice, names: &HashSet<String>) -> Choice {
         let path = format!("steps[{i}].choices[{n}]");
         for (key, given) in [("say", raw.say.is_some()), ("right", raw.right.is_some())] {
             if !given {
@@ -493,7 +514,7 @@ impl Reader<'_> {
         }
         let right =
             self.formula(format!("{path}.right"), raw.right.as_deref().unwrap_or("0"), names);
-        (raw.say.unwrap_or_default(), right)
+        Choice { say: raw.say.unwrap_or_default(), right, why: raw.why.unwrap_or_default() }
     }
 
     fn sentence(&mut self, scope: Scope, text: Option<&str>, names: &HashSet<String>) -> Sentence {

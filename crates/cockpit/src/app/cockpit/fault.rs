@@ -3,6 +3,7 @@
 use egui::{Panel as Side, RichText, Ui};
 use lab::cost::Setting;
 use motion::{Method, MutualGravity, Substeps};
+use report::numbers::digits;
 use scene::unsolvable;
 
 use crate::actions::Act;
@@ -53,7 +54,8 @@ impl FaultBar {
         Side::bottom("fault").show(root, |ui| {
             ui.horizontal_wrapped(|ui| {
                 let color = inks::words(ui.visuals(), FAULT);
-                ui.label(RichText::new(format!("At {at}: {}.", fault.what)).color(color));
+                let words = format!("At {at}: {}.", plainly(&fault.what));
+                ui.label(RichText::new(words).color(color)).on_hover_text(&fault.what);
                 if let Some(good) = good.filter(|good| *good != stage.sim().ticks())
                     && ui.button("Last good tick").clicked()
                 {
@@ -83,6 +85,18 @@ impl FaultBar {
                 self.dismissed = ui.button("Dismiss").clicked();
             });
         });
+    }
+}
+
+/// An energy above which its number says nothing, J.
+const EXPLODED_J: f64 = 1e9;
+
+/// What happened, with numbers as people read them.
+fn plainly(what: &str) -> String {
+    let plain = |word: &str| word.parse().map_or_else(|_| word.to_owned(), digits);
+    match what.split(' ').filter_map(|word| word.parse().ok()).fold(0.0, f64::max) {
+        EXPLODED_J.. => "the energy exploded".to_owned(),
+        _ => what.split(' ').map(plain).collect::<Vec<_>>().join(" "),
     }
 }
 
@@ -121,4 +135,18 @@ fn cures(stage: &mut Stage) -> Vec<Cure> {
     let other =
         method.map(|method| (method.claims().title.to_owned(), Setting { method, ..present }));
     finer.into_iter().chain(other).map(|(words, setting)| Cure { setting, words, why }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::plainly;
+
+    #[test]
+    fn energies_are_told_as_people_read_them() {
+        let created = |joules: &str| {
+            format!("the method created {joules} J of energy from here on; the run had 4.870e1 J")
+        };
+        assert_eq!(plainly(&created("1.235e2")), created("123.5").replace("4.870e1", "48.7"));
+        assert_eq!(plainly(&created("7.401e224")), "the energy exploded");
+    }
 }

@@ -45,13 +45,16 @@ pub(super) fn show(
         if stage.selection().is_some_and(|thing| is_movable(&stage.sim().world, thing))
             && stage.sim().scene.push.is_some()
         {
-            for (icon, name, notches) in [("-", "Less force", -1.0), ("+", "More force", 1.0)] {
-                let button = ui.small_button(icon).on_hover_text(name);
+            let mut turn = |ui: &mut Ui, icon, name, notches| {
+                let button = ui.button(icon).on_hover_text(name);
                 button.widget_info(|| WidgetInfo::labeled(Role::Button, true, name));
                 if button.clicked() {
                     intents.push(Intent::TurnForce(notches));
                 }
-            }
+            };
+            turn(ui, "-", "Less force", -1.0);
+            ui.label(format!("{} N", digits(view.click_force)));
+            turn(ui, "+", "More force", 1.0);
         }
         let has_room = needed <= ui.available_width();
         ui.add(Label::new(words).truncate());

@@ -33,6 +33,12 @@ const PAUSE: Vec2 = Vec2::new(72.0, 0.0);
 /// a second row.
 const ROOM_FOR_WORDS: f32 = 1400.0;
 
+/// Least width of the bar at which what is drawn is switched by buttons, and not in a menu, points.
+const ROOM_FOR_ALL: f32 = 1100.0;
+
+/// Least width of the bar at which the first buttons have words beside their icons, points: on a phone they have none.
+const ROOM_FOR_NAMES: f32 = 560.0;
+
 /// Width of the list of methods, points.
 const LIST: f32 = 440.0;
 
@@ -46,21 +52,22 @@ pub(super) fn show(
     learns: bool,
     intents: &mut Vec<Intent>,
 ) -> Response {
-    let has_room = ui.available_width() >= ROOM_FOR_WORDS;
+    let width = ui.available_width();
     let shown = ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing.x = 2.0;
         ui.spacing_mut().button_padding.x = 3.0;
-        let scenes = act(ui, intents, Act::ToggleBrowser, ("☰", "Scenes"), browses);
-        act(ui, intents, Act::Panel(Panel::Learn), ("🎓", "Learn"), learns);
+        let named = width >= ROOM_FOR_NAMES;
+        let scenes = act(ui, intents, Act::ToggleBrowser, ("☰", "Scenes"), browses, named);
+        act(ui, intents, Act::Panel(Panel::Learn), ("🎓", "Learn"), learns, named);
         ui.separator();
         let words = if stage.playback().paused() { ("⏵", "Play") } else { ("⏸", "Pause") };
         let fill = ui.visuals().selection.bg_fill;
         let pause =
             act_by(ui, intents, Act::Pause, words.1, Button::new(words).fill(fill).min_size(PAUSE));
         frame_if_lesson_names(ui, if stage.playback().paused() { "Pause" } else { "Play" }, &pause);
-        act_while_held(ui, intents, Act::StepBack, ("⏮", "Back"));
-        act_while_held(ui, intents, Act::Step, ("⏭", "Step"));
-        act(ui, intents, Act::ResetWorld, ("⟲", "Reset"), false);
+        act_while_held(ui, intents, Act::StepBack, ("⏮", "Back"), named);
+        act_while_held(ui, intents, Act::Step, ("⏭", "Step"), named);
+        act(ui, intents, Act::ResetWorld, ("⟲", "Reset"), false, named);
         pace(ui, stage, intents);
         let seconds = stage.sim().world.resource::<StepClock>().scene_seconds();
         let step = stage.sim().world.resource::<TimeStep>().0;
@@ -68,25 +75,39 @@ pub(super) fn show(
         ui.separator();
         method(ui, stage, intents);
         ui.separator();
-        if let Some(gravity) = stage.sim().world.get_resource::<Gravity>() {
-            act(ui, intents, Act::ToggleGravity, ("⬇", "Gravity"), gravity.on);
-        }
-        act(ui, intents, Act::VelocityArrows, ("➡", "Velocity"), view.velocity_arrows);
-        act(ui, intents, Act::ForceArrows, ("⬈", "Forces"), view.force_arrows);
-        act(ui, intents, Act::Springs, ("➿", "Springs"), view.springs);
-        act(ui, intents, Act::Trails, ("☄", "Trails"), view.trails);
-        ui.separator();
-        let mut last = |action, (icon, name): Words, on| {
-            let button = match has_room {
-                true => Button::selectable(on, (icon, name)),
-                false => Button::selectable(on, icon),
-            };
-            act_by(ui, intents, action, name, button);
+        // Grayed where there is none, so that no button has another place in another scene.
+        let gravity = stage.sim().world.get_resource::<Gravity>();
+        ui.add_enabled_ui(gravity.is_some(), |ui| {
+            let on = gravity.is_some_and(|gravity| gravity.on);
+            act(ui, intents, Act::ToggleGravity, ("⬇", "Gravity"), on, true);
+        });
+        let drawn = |ui: &mut Ui, intents: &mut Vec<Intent>| {
+            let list = [
+                (Act::VelocityArrows, ("➡", "Velocity"), view.velocity_arrows),
+                (Act::ForceArrows, ("⬈", "Forces"), view.force_arrows),
+                (Act::Springs, ("➿", "Springs"), view.springs),
+                (Act::Trails, ("☄", "Trails"), view.trails),
+            ];
+            for (action, words, on) in list {
+                act(ui, intents, action, words, on, true);
+            }
         };
-        last(Act::Frame, ("⛶", "Frame"), false);
-        last(Act::ToggleMode, ("✈", "Fly"), view.mode == Mode::Camera);
-        last(Act::ToggleDock, ("🛠", "Tools"), dock);
-        last(Act::Panel(Panel::Help), ("❓", "Help"), false);
+        // In a narrower bar these would take another row.
+        if width >= ROOM_FOR_ALL {
+            drawn(ui, intents);
+        } else {
+            ui.menu_button("Show", |ui| drawn(ui, intents));
+        }
+        ui.separator();
+        let list = [
+            (Act::Frame, ("⛶", "Frame"), false),
+            (Act::ToggleMode, ("✈", "Fly"), view.mode == Mode::Camera),
+            (Act::ToggleDock, ("🛠", "Tools"), dock),
+            (Act::Panel(Panel::Help), ("❓", "Help"), false),
+        ];
+        for (action, words, on) in list {
+            act(ui, intents, action, words, on, width >= ROOM_FOR_WORDS);
+        }
         scenes
     });
     shown.inner
@@ -95,14 +116,26 @@ pub(super) fn show(
 /// The icon and the name of a button.
 type Words = (&'static str, &'static str);
 
+/// A button with its icon and, if it is `named`, its name.
+fn button_of(on: bool, (icon, name): Words, named: bool) -> Button<'static> {
+    if named { Button::selectable(on, (icon, name)) } else { Button::selectable(on, icon) }
+}
+
 /// Adds a button for an action of the table; its tooltip says what it does and names its key.
-fn act(ui: &mut Ui, intents: &mut Vec<Intent>, action: Act, words: Words, on: bool) -> Response {
-    act_by(ui, intents, action, words.1, Button::selectable(on, words))
+fn act(
+    ui: &mut Ui,
+    intents: &mut Vec<Intent>,
+    action: Act,
+    words: Words,
+    on: bool,
+    named: bool,
+) -> Response {
+    act_by(ui, intents, action, words.1, button_of(on, words, named))
 }
 
 /// Adds a button that repeats its action while it is held, as a key does.
-fn act_while_held(ui: &mut Ui, intents: &mut Vec<Intent>, action: Act, words: Words) {
-    let button = add(ui, action, words.1, Button::selectable(false, words));
+fn act_while_held(ui: &mut Ui, intents: &mut Vec<Intent>, action: Act, words: Words, named: bool) {
+    let button = add(ui, action, words.1, button_of(false, words, named));
     let (held, now) = (button.is_pointer_button_down_on(), ui.input(|input| input.time));
     // The time of its next action, and whether it has acted while it was held.
     let (due, acted) =

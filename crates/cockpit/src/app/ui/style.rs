@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use egui::style::Spacing;
 use egui::{Color32, Context, FontData, FontDefinitions, FontTweak, Theme, Visuals};
 
 use crate::app::ui::Ui;
@@ -74,6 +75,11 @@ pub(super) fn install(context: &Context) {
     context.set_theme(Theme::Dark);
 }
 
+/// Height of buttons for fingers, points.
+const FINGER: f32 = 32.0;
+/// Width of a screen below which fingers have larger buttons, points.
+const NARROW: f32 = 700.0;
+
 impl Ui {
     /// Whether panels are light.
     pub fn is_light(&self) -> bool {
@@ -83,6 +89,15 @@ impl Ui {
     /// Number of sizes from the usual one up to the current one; negative if the current one is smaller.
     pub fn sizes_above_usual(&self) -> isize {
         self.zoom.cast_signed() - USUAL.cast_signed()
+    }
+
+    /// Makes buttons on a narrow screen as high as a finger needs them, or as usual.
+    pub fn fit_hand(&mut self, by_finger: bool) {
+        let usual = Spacing::default().interact_size.y;
+        let height = if by_finger && self.width() < NARROW { FINGER } else { usual };
+        if self.context.global_style().spacing.interact_size.y != height {
+            self.context.all_styles_mut(|style| style.spacing.interact_size.y = height);
+        }
     }
 
     /// Changes between light and dark panels.

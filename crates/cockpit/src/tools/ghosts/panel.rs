@@ -10,10 +10,8 @@ use report::{Ink, REFERENCE_INK, ink};
 use crate::tools::ghosts::state::{GhostLabel, GhostRow, GhostState, Ghosts, Twins, subject};
 use crate::tools::tool::Desk;
 use crate::view::Mode;
-use crate::view::hud::{THIN, point, swatch, text};
+use crate::view::hud::{SIZE, THIN, plate_size, point, swatch, text};
 
-/// Font size of the labels in the picture, points.
-const SIZE: f32 = 15.0;
 /// Radius of the dot before a label, points.
 const DOT: f32 = 4.5;
 /// Gap between the dot and the text, points.
@@ -218,7 +216,7 @@ pub(super) fn show_labels(
     let font = FontId::proportional(SIZE);
     let write = |label: &GhostLabel| {
         let words = format!("{} {}", label.ink.short, length(label.distance, 3));
-        let size = painter.layout_no_wrap(words.clone(), font.clone(), THIN).size();
+        let size = plate_size(painter, &words, &font);
         (words, (point(painter, label.at), size + Vec2::X * (2.0 * DOT + GAP)))
     };
     let (words, sizes): (Vec<_>, Vec<_>) = labels.iter().map(write).unzip();

@@ -35,17 +35,21 @@ impl Measures<'_> {
     }
 }
 
-/// The comparisons of `formula` that do not hold, in words: "energy 51 J, to be below 43 J".
+/// The comparisons of `formula` that do not hold, in words: "the energy is 51 J and has to be below 43 J". Empty if that takes more
+/// than one quantity, or one without a unit: a person needs the author's words then.
 pub(super) fn missing(
     formula: &Formula,
     measures: Measures<'_>,
     value: impl Fn(&str) -> Option<f64> + Copy,
 ) -> String {
     let Some(parts) = formula.comparisons() else { return String::new() };
-    let words = |part: &Comparison| {
-        truth(part, measures).unwrap_or_else(|| short_of(part, measures, value))
-    };
-    parts.iter().filter(|part| !part.holds(value)).map(words).collect::<Vec<_>>().join("; ")
+    let failing: Vec<_> = parts.iter().filter(|part| !part.holds(value)).collect();
+    let truths: Option<Vec<_>> = failing.iter().map(|part| truth(part, measures)).collect();
+    match (truths, &failing[..]) {
+        (Some(words), _) => words.join("; "),
+        (None, [part]) => short_of(part, measures, value).unwrap_or_default(),
+        (None, _) => String::new(),
+    }
 }
 
 /// The words of a comparison of a quantity that is true or false; `None` for other quantities.
@@ -84,88 +88,32 @@ fn truth(part: &Comparison, measures: Measures<'_>) -> Option<String> {
     Some(words)
 }
 
+/// What a quantity is and has to be; `None` for a formula of several, or without a unit.
 fn short_of(
     part: &Comparison,
     measures: Measures<'_>,
-    value: impl Fn(&str) -> Option<f64> + Copy,
-) -> String {
+    value: impl Fn(&str) -> Option<f64>,
+) -> Option<String> {
+    let (quantity, suffix) = quantity_of(measures.quantities, part.left.text().trim())?;
+    let (words, unit) = words(&quantity.measure, measures);
+    let extreme = match suffix {
+        "" => "",
+        "_most" => "largest ",
+        "_least" => "smallest ",
+        _ => return None,
+    };
     let bound = match part.sign {
         "<" | "<=" => "below ",
         ">" | ">=" => "above ",
         "!=" => "other than ",
         _ => "",
     };
-    if part.left.names().len() > 2 || part.left.text().contains(['/', '^']) {
-        let names: Vec<_> = part
-            .left
-            .names()
-            .iter()
-            .map(|name| described(name, std::slice::from_ref(name), measures).0)
-            .collect();
-        return format!("{} do not meet the condition yet", one_of(&names));
-    }
-    let (words, unit) = described(part.left.text(), part.left.names(), measures);
-    let with_unit = |number: f64| match number.is_nan() {
-        true => "not known".to_owned(),
-        false => format!("{} {unit}", in_words(number)).trim_end().to_owned(),
-    };
-    let [now, then] = [&part.left, &part.right].map(|formula| with_unit(formula.value(value)));
-    format!("{words} {now}, to be {bound}{then}")
-}
-
-/// A formula with words for its names, and the unit of its value if that is simple.
-fn described(text: &str, names: &[String], measures: Measures<'_>) -> (String, &'static str) {
-    let described = |name: &String| {
-        let (quantity, suffix) = quantity_of(measures.quantities, name)?;
-        let (words, unit) = words(&quantity.measure, measures);
-        let words = match suffix {
-            "_before" => format!("{words} before"),
-            "_most" => format!("largest {words}"),
-            "_least" => format!("smallest {words}"),
-            _ => words,
-        };
-        Some((words, unit))
-    };
-    let known: Vec<_> = names.iter().map(described).collect();
-    let mut units = known.iter().map(|known| known.as_ref().map_or("", |(_, unit)| unit));
-    let unit = units.next().unwrap_or_default();
-    // A product or quotient of two quantities has another unit.
-    let is_plain = !text.contains(['/', '^']) && (names.len() == 1 || !text.contains('*'));
-    let unit = if is_plain && units.all(|other| other == unit) { unit } else { "" };
-    // The distance of two numbers, whichever is larger.
-    if let (Some(inside), [Some((one, _)), Some((other, _))]) =
-        (text.trim().strip_prefix("abs("), &known[..])
-        && inside.matches(['(', '+', '*']).count() == 0
-    {
-        return (format!("difference of {one} and {other}"), unit);
-    }
-    if let (Some(_), [Some((one, _))]) = (text.trim().strip_prefix("abs("), &known[..])
-        && !text.contains(['+', '-', '*'])
-    {
-        return (format!("magnitude of {one}"), unit);
-    }
-    let mut written = String::new();
-    let mut rest = text.trim();
-    while let Some(c) = rest.chars().next() {
-        let word: String =
-            rest.chars().take_while(|c| c.is_ascii_alphanumeric() || *c == '_').collect();
-        let place = names.iter().position(|name| *name == word);
-        match place.and_then(|place| known[place].as_ref()) {
-            Some((words, _)) => written += words,
-            None if word.is_empty() => written.push(c),
-            None => written += &word,
-        }
-        rest = &rest[word.len().max(c.len_utf8())..];
-    }
-    (written, unit)
-}
-
-/// Joins words: "a, b and c".
-fn one_of(words: &[String]) -> String {
-    match words {
-        [first @ .., last] if !first.is_empty() => format!("{} and {last}", first.join(", ")),
-        words => words.concat(),
-    }
+    let [now, then] = [part.left.value(&value), part.right.value(&value)];
+    let with_unit = |number: f64| format!("{} {unit}", in_words(number));
+    (!unit.is_empty() && now.is_finite() && then.is_finite()).then(|| {
+        let (now, then) = (with_unit(now), with_unit(then));
+        format!("the {extreme}{words} is {now} and has to be {bound}{then}")
+    })
 }
 
 /// The measured quantity in words, and its unit.
@@ -250,29 +198,23 @@ mod tests {
         };
         let measures = Measures { quantities: &measure, pointed_at: None };
         let said = |text: &str| missing(&Formula::parse(text).expect("a formula"), measures, value);
-        assert_eq!(said("e < 43 && m == 2"), "energy 51 J, to be below 43 J");
-        assert_eq!(said("e < e_before * 0.85"), "energy 51 J, to be below 42.5 J");
+        assert_eq!(said("e < 43 && m == 2"), "the energy is 51 J and has to be below 43 J");
         assert_eq!(
-            said("abs(e - e_before) > 3"),
-            "difference of energy and energy before 1 J, to be above 3 J"
+            said("e_most < e_before * 0.85"),
+            "the largest energy is 51 J and has to be below 42.5 J"
         );
         assert_eq!(
-            said("e_most - e_least == 0 && 2 * m > 9"),
-            "largest energy - smallest energy 1 J, to be 0 J; 2 * mass of ball 4 kg, to be above 9 kg"
+            said("v >= 1"),
+            "the speed of ball is less than 1e-9 m/s and has to be above 1 m/s"
         );
-        assert_eq!(
-            said("v / m >= 1"),
-            "mass of ball and speed of ball do not meet the condition yet"
-        );
-        assert_eq!(
-            said("abs(v) > 1"),
-            "magnitude of speed of ball less than 1e-9 m/s, to be above 1 m/s"
-        );
+        for of_several in ["abs(e - e_before) > 3", "v / m >= 1", "e < 43 && m > 9", "2 * m > 9"] {
+            assert_eq!(said(of_several), "", "{of_several}");
+        }
         assert_eq!(
             said("rk4 == 1 && ledger == 1 && paused == 0"),
             "the method is not Runge-Kutta 4; Ledger is not open; it is paused"
         );
-        assert_eq!(said("gone > 2"), "gone not known, to be above 2");
+        assert_eq!(said("gone > 2"), "");
         assert_eq!(said("e > 60 || v > 2"), "", "no words for it");
     }
 }

@@ -1,14 +1,14 @@
 //! The open lesson, and progress in it.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use lab::lesson::{Quantities, measured};
-use scene::Source;
 use scene::lesson::{
     Begin, Formula, Goal, Lesson, LessonStep, Measure, ScreenMeasure, beside, is_same_scene,
 };
+use scene::{Action, Source};
 
 use crate::panels::Panel;
 use crate::stage::Stage;
@@ -17,6 +17,7 @@ use crate::tools::learn::missing::{Measures, in_words, missing};
 use crate::tools::learn::panel_of;
 use crate::tools::ledger::Ledger;
 use crate::tools::number::read_number;
+use crate::tools::thumbnails::Thumbnails;
 use crate::view::View;
 
 /// The lesson that is open, and the lessons that were done.
@@ -27,6 +28,10 @@ pub struct Learn {
     pub own: Vec<(PathBuf, String)>,
     /// Names of the lessons that were done to their end.
     pub done: BTreeSet<String>,
+    /// How many steps were done of lessons that were left, by their names.
+    pub left: BTreeMap<String, usize>,
+    /// The pictures of the lessons.
+    pub(super) pictures: Thumbnails,
     /// Whether the welcome card is shown.
     pub welcome: bool,
     /// Which of the two things on the welcome card were done.
@@ -37,6 +42,8 @@ pub struct Learn {
     pub typed: String,
     /// Whether the panel of lessons is open.
     pub shown: bool,
+    /// Whether it is open in this frame, with the scene of the lesson.
+    measures: bool,
 }
 
 /// A lesson in progress.
@@ -51,8 +58,8 @@ struct Running {
     verdict: Option<String>,
     /// Whether the claim of that step was true.
     claim_held: bool,
-    /// Whether a step was skipped.
-    skipped: bool,
+    /// Whether a step was skipped or shown.
+    helped: bool,
     /// The sentence about the last answer, if it was not right.
     rejection: Option<String>,
     /// What the step begins with, until that is done.
@@ -63,14 +70,26 @@ struct Running {
     since: Option<f64>,
     /// Whether the person has changed the run since then.
     acted: bool,
+    /// When that was first seen, s of frame time.
+    acted_at: Option<f64>,
+    /// Number of wrong answers to the question of the step.
+    tries: u32,
+    /// Whether the solution of the step is to be played once it has begun.
+    shows: bool,
     /// Why nothing moves, if nothing does.
     stopped: Option<&'static str>,
 }
 
 /// Time after which a step says what is missing even if nothing was done, s.
 const MISSING_S: f64 = 10.0;
-/// Time after which a step gives its hint, s.
-const HINT_S: f64 = 30.0;
+/// Time after the first change of the run after which a step gives its hint, s: what was done may need a while.
+const HINT_S: f64 = 3.0;
+/// Time after which a step offers to show its solution, s.
+const SHOW_S: f64 = 30.0;
+/// Time after which a question takes a click, s.
+const READY_S: f64 = 0.4;
+/// Number of wrong answers after which a question does.
+const MOST_TRIES: u32 = 2;
 
 /// Time for which the end of a step can be seen before the next one begins, if that changes the run, s.
 const LINGER_S: f64 = 1.5;
@@ -107,15 +126,20 @@ impl Learn {
             of_screen: Quantities::default(),
             verdict: None,
             claim_held: true,
-            skipped: false,
+            helped: false,
             rejection: None,
             begin: Vec::new(),
             interventions: 0,
             since: None,
             acted: false,
+            acted_at: None,
+            tries: 0,
+            shows: false,
             stopped: None,
         };
-        running.go_to(0);
+        // It continues where it was left.
+        let begun = self.left.get(&running.lesson.name).copied().unwrap_or(0);
+        running.go_to(if begun < running.lesson.steps.len() { begun } else { 0 });
         self.running = Some(running);
         (self.welcome, self.fault) = (false, None);
         self.typed.clear();
@@ -132,9 +156,9 @@ impl Learn {
         Some((lesson, *step, lesson.steps.get(*step)))
     }
 
-    /// Whether a step was skipped: the lesson is then not done.
-    pub fn skipped(&self) -> bool {
-        self.running.as_ref().is_some_and(|running| running.skipped)
+    /// Whether a step was skipped or shown: the lesson is then not done.
+    pub fn helped(&self) -> bool {
+        self.running.as_ref().is_some_and(|running| running.helped)
     }
 
     /// Whether the last step came out as it claims.
@@ -193,6 +217,12 @@ impl Learn {
         }
     }
 
+    /// Begins a frame, in which the panel is `open` or not.
+    pub fn begin_frame(&mut self, stage: &Stage, open: bool) {
+        self.shown = open;
+        self.measures = open && self.is_at_home(stage);
+    }
+
     /// Measures the start of another world, before its first tick.
     pub fn begin_world(&mut self, stage: &Stage) {
         if !self.is_at_home(stage) {
@@ -206,13 +236,16 @@ impl Learn {
         }
     }
 
-    /// Measures the current state at `now`, s of frame time, and begins the next step if the goal of the current one is reached.
-    pub(crate) fn look(&mut self, stage: &Stage, screen: &Screen<'_>, now: f64) {
-        if !self.shown || !self.is_at_home(stage) {
+    /// Says at the end of a frame, at `now`, s of frame time, whether anything moves, and measures the current state.
+    pub(crate) fn end_frame(&mut self, stage: &Stage, screen: &Screen<'_>, now: f64) {
+        if !self.measures {
             return;
         }
         let Some(running) = &mut self.running else { return };
         running.since.get_or_insert(now);
+        if running.acted {
+            running.acted_at.get_or_insert(now);
+        }
         running.stopped = match (stage.playback().paused(), stage.recorder().fault()) {
             (true, Some(_)) => {
                 Some("the run stopped where something went wrong: Reset and Play begin again")
@@ -220,6 +253,16 @@ impl Learn {
             (true, None) => Some("the run is paused: Play continues it"),
             _ => None,
         };
+        self.look(stage, screen);
+    }
+
+    /// Measures the current state, and begins the next step if the goal of the current one is reached. Called before every tick,
+    /// so that what is told does not depend on the frames.
+    pub(crate) fn look(&mut self, stage: &Stage, screen: &Screen<'_>) {
+        if !self.measures {
+            return;
+        }
+        let Some(running) = &mut self.running else { return };
         if running.interventions != stage.here().interventions {
             running.interventions = stage.here().interventions;
             running.acted = true;
@@ -257,31 +300,104 @@ impl Learn {
         self.running.as_ref().is_none_or(|running| running.begin.is_empty())
     }
 
-    /// What is missing for the current step at `now`, s of frame time, and its hint; `None` until there is a reason to say so.
-    pub fn missing(&self, now: f64) -> Option<(String, Option<&str>)> {
+    /// What is missing for the current step at `now`, s of frame time; `None` until there is a reason to say so.
+    pub fn missing(&self, now: f64) -> Option<String> {
         let running = self.running.as_ref()?;
-        let LessonStep { goal: Goal::Done { when, .. }, hint, .. } = running.step()? else {
+        let Goal::Done { when, .. } = &running.step()?.goal else { return None };
+        let said = running.acted || now - running.since? >= MISSING_S;
+        said.then(|| running.waits_for(when)).filter(|missing| !missing.is_empty())
+    }
+
+    /// The hint of the current step at `now`, s of frame time, for a person who waits or did something else.
+    pub fn hint(&self, now: f64) -> Option<&str> {
+        let running = self.running.as_ref()?;
+        let is_late = running.tries > 0
+            || now - running.since? >= MISSING_S
+            || running.acted_at.is_some_and(|acted| now - acted >= HINT_S);
+        Some(running.step()?.hint.as_str()).filter(|hint| is_late && !hint.is_empty())
+    }
+
+    /// Whether the question of the current step takes a click at `now`, s of frame time.
+    pub fn is_ready(&self, now: f64) -> bool {
+        let since = self.running.as_ref().and_then(|running| running.since);
+        since.is_some_and(|since| now - since >= READY_S)
+    }
+
+    /// Whether the current step offers at `now`, s of frame time, to show its solution.
+    pub fn offers_solution(&self, now: f64) -> bool {
+        let Some(running) = &self.running else { return false };
+        match running.step().map(|step| &step.goal) {
+            Some(Goal::Done { .. }) => {
+                !running.shows && running.since.is_some_and(|since| now - since >= SHOW_S)
+            }
+            Some(Goal::Number { .. } | Goal::Choice { .. }) => running.tries >= MOST_TRIES,
+            None => false,
+        }
+    }
+
+    /// Answers the question of the current step, or begins the step again, to show its solution. The lesson is then not done.
+    pub fn show_solution(&mut self) {
+        let Some(running) = &mut self.running else { return };
+        running.helped = true;
+        match running.step().map(|step| &step.goal) {
+            Some(Goal::Number { solution, .. } | Goal::Choice { solution, .. }) => {
+                let solution = solution.clone();
+                self.answer(&solution);
+            }
+            Some(Goal::Done { .. }) => {
+                running.go_to(running.step);
+                running.shows = true;
+            }
+            None => {}
+        }
+    }
+
+    /// Takes the solution that is to be played now, once.
+    pub fn take_solution(&mut self) -> Option<Vec<Action>> {
+        let running = self.running.as_mut().filter(|running| running.begin.is_empty())?;
+        let Goal::Done { solution, .. } = &running.lesson.steps.get(running.step)?.goal else {
             return None;
         };
-        let waited = now - running.since?;
-        let said = running.acted || waited >= MISSING_S;
-        let hint = Some(hint.as_str()).filter(|hint| waited >= HINT_S && !hint.is_empty());
-        said.then(|| (running.waits_for(when), hint))
-            .filter(|(missing, hint)| !missing.is_empty() || hint.is_some())
+        std::mem::take(&mut running.shows).then(|| solution.clone())
     }
 
     /// When the current step says more by itself, s of frame time; infinite if it does not.
     pub fn says_more_at(&self, now: f64) -> f64 {
-        let since = self.running.as_ref().filter(|_| self.shown).and_then(|running| running.since);
-        let times = since
-            .into_iter()
-            .flat_map(|since| [LINGER_S, MISSING_S, HINT_S].map(|wait| since + wait));
+        let running = self.running.iter().filter(|_| self.shown);
+        let times = running.flat_map(|running| {
+            let since = running.since.into_iter();
+            let since =
+                since.flat_map(|since| [READY_S, LINGER_S, MISSING_S, SHOW_S].map(|s| since + s));
+            since.chain(running.acted_at.map(|acted| acted + HINT_S))
+        });
         times.filter(|time| *time > now).fold(f64::INFINITY, f64::min)
     }
 
     /// Whether `text` is a right answer to the current question.
     pub fn accepts(&self, text: &str) -> bool {
         self.running.as_ref().is_some_and(|running| running.is_right(text))
+    }
+
+    /// The values that the goal of the current step is judged by: "v = 3.2, v_before = 0".
+    pub fn judged_by(&self) -> String {
+        let Some(running) = &self.running else { return String::new() };
+        let formulas = match running.step().map(|step| &step.goal) {
+            Some(Goal::Done { when, .. }) => vec![when],
+            Some(Goal::Number { right, .. }) => vec![right],
+            Some(Goal::Choice { choices, .. }) => {
+                choices.iter().map(|choice| &choice.right).collect()
+            }
+            None => Vec::new(),
+        };
+        let names: BTreeSet<_> = formulas.iter().flat_map(|formula| formula.names()).collect();
+        let value = |name: &String| running.value(name).map_or("none".to_owned(), in_words);
+        let mut words: Vec<_> =
+            names.into_iter().map(|name| format!("{name} = {}", value(name))).collect();
+        if let Some(Goal::Number { right, .. }) = running.step().map(|step| &step.goal) {
+            let right = right.value(|name| running.value(name));
+            words.insert(0, format!("measured {}", in_words(right)));
+        }
+        words.join(", ")
     }
 
     /// Judges an answer to the present question, and begins the next step if it is right. Returns whether it is.
@@ -291,6 +407,7 @@ impl Learn {
             self.finish_step();
         } else if let Some(running) = &mut self.running {
             running.rejection = Some(running.refusal(text.trim()));
+            running.tries += 1;
         }
         right
     }
@@ -318,16 +435,27 @@ impl Learn {
             false => Some(unlike()),
         };
         running.go_to(running.step + 1);
-        if running.step == running.lesson.steps.len() && !running.skipped {
+        if running.step == running.lesson.steps.len() && !running.helped {
             self.done.insert(running.lesson.name.clone());
         }
         self.typed.clear();
+        self.note_place();
+    }
+
+    /// Notes where the lesson would continue.
+    fn note_place(&mut self) {
+        let Some(Running { lesson, step, .. }) = &self.running else { return };
+        if (1..lesson.steps.len()).contains(step) {
+            self.left.insert(lesson.name.clone(), *step);
+        } else {
+            self.left.remove(&lesson.name);
+        }
     }
 
     /// Skips the step.
     pub fn skip(&mut self) {
         if let Some(running) = &mut self.running {
-            running.skipped = true;
+            running.helped = true;
         }
         self.end_step(true);
     }
@@ -342,12 +470,14 @@ impl Learn {
                 running.begin = vec![Begin::Reset, Begin::Play];
             }
         }
+        self.note_place();
     }
 }
 
 impl Running {
     fn go_to(&mut self, number: usize) {
         (self.step, self.rejection, self.since, self.acted) = (number, None, None, false);
+        (self.acted_at, self.tries, self.shows) = (None, 0, false);
         // At the end the last sentence keeps its numbers.
         if let Some(step) = self.lesson.steps.get(number) {
             self.begin.clone_from(&step.begin);
@@ -367,20 +497,33 @@ impl Running {
             matches!(quantity, Some(Measure::Screen(ScreenMeasure::Paused | ScreenMeasure::Fault)))
         };
         let stopped = self.stopped.filter(|_| !formula.names().iter().any(is_about_pausing));
-        let missing = Some(self.missing(formula)).filter(|missing| !missing.is_empty());
+        let by_author = self.step().map(|step| step.missing.clone()).unwrap_or_default();
+        let missing = if by_author.is_empty() { self.missing(formula) } else { by_author };
+        let missing = Some(missing).filter(|missing| !missing.is_empty());
         missing.into_iter().chain(stopped.map(str::to_owned)).collect::<Vec<_>>().join("; ")
     }
 
     /// The sentence about an answer that is not right.
     fn refusal(&self, text: &str) -> String {
-        match self.step().map(|step| &step.goal) {
-            Some(Goal::Number { unit, .. }) if number_in(text, unit).is_none() => {
-                format!("\"{text}\" is not a number.")
+        let why = match self.step().map(|step| &step.goal) {
+            Some(Goal::Number { unit, wrong, within, .. }) => {
+                let Some(typed) = number_in(text, unit) else {
+                    return format!("\"{text}\" is not a number.");
+                };
+                let is_near = |wrong: f64| (typed - wrong).abs() <= within * wrong.abs();
+                wrong
+                    .iter()
+                    .find(|wrong| number_in(&wrong.answer, unit).is_some_and(is_near))
+                    .map(|wrong| &wrong.why)
             }
-            Some(Goal::Number { .. } | Goal::Choice { .. } | Goal::Done { .. }) | None => {
-                format!("\"{text}\" is not what was measured.")
+            Some(Goal::Choice { choices, .. }) => {
+                choices.iter().find(|choice| choice.say == text).map(|choice| &choice.why)
             }
-        }
+            Some(Goal::Done { .. }) | None => None,
+        };
+        why.filter(|why| !why.is_empty())
+            .cloned()
+            .unwrap_or_else(|| format!("\"{text}\" is not what was measured."))
     }
 
     /// The comparisons of `formula` that do not hold, in words.
@@ -406,7 +549,7 @@ impl Running {
                 right.is_finite() && number_in(text, unit).is_some_and(is_near)
             }
             Some(Goal::Choice { choices, .. }) => {
-                choices.iter().any(|(say, right)| say == text && self.holds(right))
+                choices.iter().any(|choice| choice.say == text && self.holds(&choice.right))
             }
             Some(Goal::Done { .. }) | None => false,
         }

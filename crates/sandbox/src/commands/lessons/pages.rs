@@ -116,9 +116,11 @@ fn played(
             Goal::Number { unit, solution, .. } => {
                 (Vec::new(), Some(unit.clone()), Some(solution.clone()))
             }
-            Goal::Choice { choices, solution } => {
-                (choices.iter().map(|(say, _)| say.clone()).collect(), None, Some(solution.clone()))
-            }
+            Goal::Choice { choices, solution } => (
+                choices.iter().map(|choice| choice.say.clone()).collect(),
+                None,
+                Some(solution.clone()),
+            ),
         };
         let measured =
             pupil.session.tools.lesson().and_then(|state| state.said).unwrap_or_default();
