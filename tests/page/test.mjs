@@ -404,14 +404,15 @@ const tests = {
     // Nothing is judged: times are those of this machine and this moment.
     async 'a step is timed beside one of the native program'() {
         await withTab('webgl&scene=orbit', {}, async tab => {
-            for (const name of ['orbit', 'thousand', 'flag']) {
+            for (const name of ['orbit', 'thousand', 'bridge']) {
                 const ours = JSON.parse(await tab.tab.evaluate(async name => (await import('./pkg/page.js')).study_of(name), name));
                 const { studies: [theirs] } = JSON.parse(native('cost', name, '--quick', '--seconds', '0.5', '--format', 'json'));
                 const ratios = ours.cells.flatMap(cell => {
                     const other = theirs.cells.find(({ method, substeps }) => method === cell.method && substeps === cell.substeps);
-                    return cell.time && other?.time ? cell.time.ns_per_body_step / other.time.ns_per_body_step : [];
+                    // A clock of a page may stand still for a block of ticks.
+                    return cell.time?.ns_per_body_step > 0 && other?.time ? cell.time.ns_per_body_step / other.time.ns_per_body_step : [];
                 }).sort((a, b) => a - b);
-                assert.ok(ratios.length > 10);
+                assert.ok(ratios.length > 0, name);
                 const at = part => ratios[Math.floor(part * (ratios.length - 1))].toFixed(2);
                 console.log(`  ${name}: a step takes ${at(0.5)} times the native one (median of ${ratios.length} settings, ${at(0)} to ${at(1)})`);
             }
