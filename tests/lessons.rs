@@ -64,7 +64,7 @@ fn every_lesson_is_short_asks_something_and_says_what_it_measured() {
                     choices.iter().all(|choice| choice.say == *solution || !choice.why.is_empty())
                 }
             };
-            assert!(teaches, "{name}: {} says nothing to who errs", step.task);
+            assert!(teaches, "{name}: {} does not say what went wrong", step.task);
             let sentences = step.task.matches(['.', '?', '!', ':']).count();
             assert!(sentences <= 4, "{name}: {}", step.task);
         }

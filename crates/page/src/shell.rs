@@ -358,11 +358,14 @@ impl Shell {
             Opening::Bundle(bundle) => {
                 let (_, bundle, _, rerun) = &mut **bundle;
                 let start = Instant::now();
-                let is_over = || !rerun.tick(bundle);
-                let mut steps = std::iter::repeat_with(is_over).take_while(|is_over| {
-                    *is_over || start.elapsed().as_secs_f64() < WORK_OF_FRAME_S
-                });
-                steps.any(|is_over| is_over)
+                loop {
+                    if !rerun.tick(bundle) {
+                        break true;
+                    }
+                    if start.elapsed().as_secs_f64() >= WORK_OF_FRAME_S {
+                        break false;
+                    }
+                }
             }
         };
         if !is_over {

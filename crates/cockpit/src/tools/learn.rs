@@ -48,7 +48,8 @@ impl Tool for Learn {
     }
 
     fn begin_frame(&mut self, stage: &Stage, open: bool) {
-        Self::begin_frame(self, stage, open);
+        self.shown = open;
+        self.measures = open && self.is_at_home(stage);
     }
 
     fn after_ticks(&mut self, stage: &mut Stage, _: &View, _: bool, _: FrameTime) {

@@ -14,7 +14,8 @@ macro_rules! groups {
     };
 }
 
-type Group = (&'static str, &'static [(&'static str, &'static [u8])]);
+/// Title, and scenes with their pictures.
+pub(crate) type Group = (&'static str, &'static [(&'static str, &'static [u8])]);
 
 /// The groups. Scenes that are in no group are listed under the last one.
 pub(crate) const GROUPS: &[Group] = groups! {

@@ -8,7 +8,7 @@ use egui::{Button, Image, Response, RichText, ScrollArea, Sense, TextEdit, Ui};
 use crate::app::focus::reveal_focus;
 use crate::intent::Intent;
 use crate::tools::finder::{list_files, your_files};
-use crate::tools::thumbnails::{GROUPS, PICTURE, Thumbnails};
+use crate::tools::thumbnails::{GROUPS, Group, PICTURE, Thumbnails};
 
 /// Words by which the search finds all scenes of a group, beside its title.
 const ALSO_FOUND_BY: [(&str, &str); 3] = [
@@ -31,7 +31,7 @@ static SCENES: LazyLock<Vec<(&str, Vec<Entry>)>> = LazyLock::new(|| {
     let grouped = |name: &str| {
         GROUPS.iter().any(|(_, scenes)| scenes.iter().any(|(other, _)| *other == name))
     };
-    let of = |(title, scenes): &(&'static str, &[(&'static str, &[u8])])| {
+    let of = |(title, scenes): &Group| {
         let scenes = scenes.iter().filter_map(|(name, _)| entry(title, name));
         (*title, scenes.collect::<Vec<_>>())
     };

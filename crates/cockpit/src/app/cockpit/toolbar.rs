@@ -75,7 +75,7 @@ pub(super) fn show(
         ui.separator();
         method(ui, stage, intents);
         ui.separator();
-        // Grayed where there is none, so that no button has another place in another scene.
+        // Grayed in a scene without gravity, so that every button keeps its place.
         let gravity = stage.sim().world.get_resource::<Gravity>();
         ui.add_enabled_ui(gravity.is_some(), |ui| {
             let on = gravity.is_some_and(|gravity| gravity.on);

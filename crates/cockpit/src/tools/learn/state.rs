@@ -43,7 +43,7 @@ pub struct Learn {
     /// Whether the panel of lessons is open.
     pub shown: bool,
     /// Whether it is open in this frame, with the scene of the lesson.
-    measures: bool,
+    pub(super) measures: bool,
 }
 
 /// A lesson in progress.
@@ -74,7 +74,7 @@ struct Running {
     acted_at: Option<f64>,
     /// Number of wrong answers to the question of the step.
     tries: u32,
-    /// Whether the solution of the step is to be played once it has begun.
+    /// Whether the solution of the step is played as soon as nothing is left in `begin`.
     shows: bool,
     /// Why nothing moves, if nothing does.
     stopped: Option<&'static str>,
@@ -138,8 +138,8 @@ impl Learn {
             stopped: None,
         };
         // It continues where it was left.
-        let begun = self.left.get(&running.lesson.name).copied().unwrap_or(0);
-        running.go_to(if begun < running.lesson.steps.len() { begun } else { 0 });
+        let done = self.left.get(&running.lesson.name).copied().unwrap_or(0);
+        running.go_to(if done < running.lesson.steps.len() { done } else { 0 });
         self.running = Some(running);
         (self.welcome, self.fault) = (false, None);
         self.typed.clear();
@@ -215,12 +215,6 @@ impl Learn {
             running.of_screen.forget();
             running.interventions = 0;
         }
-    }
-
-    /// Begins a frame, in which the panel is `open` or not.
-    pub fn begin_frame(&mut self, stage: &Stage, open: bool) {
-        self.shown = open;
-        self.measures = open && self.is_at_home(stage);
     }
 
     /// Measures the start of another world, before its first tick.
