@@ -27,7 +27,7 @@ fn with_settings() -> (Drive, DVec2) {
 
 /// A pixel of the open settings that takes no click: the name of a number.
 fn on_settings() -> DVec2 {
-    middle(&with_settings().0.find(|control| control.name == "step_hz"))
+    middle(&with_settings().0.find(|control| control.name == "ticks per second"))
 }
 
 #[test]

@@ -44,7 +44,7 @@ pub fn prepare() {
 #[wasm_bindgen]
 impl Page {
     /// Opens the scene of a link: a `name` of a shipped scene, or the `text` of one. `bare` shows the tutorial's picture alone, and
-    /// `narrow` begins without the dock. `draft` is the name under which unsaved changes are kept, and `left_behind` that of a page that is gone.
+    /// `narrow` begins with words for fingers. `draft` is the name under which unsaved changes are kept, and `left_behind` that of a page that is gone.
     #[wasm_bindgen(constructor)]
     pub fn new(
         host: Host,

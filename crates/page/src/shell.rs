@@ -37,9 +37,6 @@ const FRAMES_OF_START: u64 = 3;
 /// Name of the scene of a link that carries its text.
 const LINKED: &str = "link";
 
-/// The arrangement of a narrow page that is seen for the first time.
-const NARROW: &str = "toggle_dock off\n";
-
 /// Time of a frame in which the runs of a lesson are simulated, s.
 const WORK_OF_FRAME_S: f64 = 0.03;
 
@@ -141,7 +138,7 @@ impl Shell {
         }
         if !link.bare {
             let is_of_link = link.name.is_some() || link.text.is_some() || link.lesson.is_some();
-            shell.arrange(!is_of_link, narrow);
+            shell.arrange(!is_of_link);
         }
         if let Some(lesson) = &link.lesson {
             if let Err(why) = shell.begin_lesson(lesson) {
@@ -156,11 +153,10 @@ impl Shell {
     }
 
     /// Arranges the panels as they were left. The card of the first visit waits until a page can show it.
-    fn arrange(&mut self, can_show_card: bool, narrow: bool) {
+    fn arrange(&mut self, can_show_card: bool) {
         let kept = self.host.get(ARRANGEMENT);
         let is_first = kept.as_ref().is_none_or(|kept| kept.contains(FIRST_START));
-        let usual = if narrow { NARROW } else { "" };
-        let left = kept.unwrap_or_else(|| usual.to_owned()).replace(FIRST_START, "");
+        let left = kept.unwrap_or_default().replace(FIRST_START, "");
         let shows_card = is_first && can_show_card;
         if is_first {
             let text = if shows_card { left.clone() } else { left.clone() + FIRST_START };

@@ -91,9 +91,13 @@ fn vs_outline(vertex: Vertex, body: Body) -> @builtin(position) vec4f {
     return pulled_nearer(clip, 4.0 * grown_by);
 }
 
+fn outline_color() -> vec3f {
+    return stored(vec3f(1.0, 0.87, 0.1) * outline_bright);
+}
+
 @fragment
 fn fs_outline() -> @location(0) vec4f {
-    return vec4f(stored(vec3f(1.0, 0.87, 0.1) * outline_bright), 1.0);
+    return vec4f(outline_color(), 1.0);
 }
 
 // How much farther away translucent bodies count as, as a share of their distance: at the same place as an opaque one they are
@@ -122,10 +126,14 @@ fn vs_translucent(vertex: Vertex, body: Body) -> Translucent {
     return out;
 }
 
+fn seen_through(position: vec3f, normal: vec3f, color: vec4f) -> vec4f {
+    let facing = clamp(dot(normal, normalize(-position)), 0.0, 1.0);
+    let aside = 1.0 - facing;
+    let alpha = mix(color.a, 1.0, EDGE * aside * aside * aside);
+    return vec4f(stored(color.rgb * mix(SIDE_LIGHT, 1.0, facing)), alpha);
+}
+
 @fragment
 fn fs_translucent(in: Translucent) -> @location(0) vec4f {
-    let facing = clamp(dot(normalize(in.normal), normalize(-in.position)), 0.0, 1.0);
-    let aside = 1.0 - facing;
-    let alpha = mix(in.color.a, 1.0, EDGE * aside * aside * aside);
-    return vec4f(stored(in.color.rgb * mix(SIDE_LIGHT, 1.0, facing)), alpha);
+    return seen_through(in.position, normalize(in.normal), in.color);
 }

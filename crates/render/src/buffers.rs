@@ -1,5 +1,7 @@
 //! Buffers that are kept from frame to frame and grow when a frame needs more.
 
+use std::ops::Range;
+
 use bytemuck::Pod;
 use glam::Vec3;
 
@@ -51,17 +53,17 @@ impl InstanceBuffer {
         &self.buffer
     }
 
-    /// Draws `count` rows as quads: strips of two triangles each.
+    /// Draws `rows` as quads: strips of two triangles each.
     pub fn draw_quads(
         &self,
         pass: &mut wgpu::RenderPass<'_>,
         pipeline: &wgpu::RenderPipeline,
-        count: u32,
+        rows: Range<u32>,
     ) {
-        if count > 0 {
+        if !rows.is_empty() {
             pass.set_pipeline(pipeline);
             pass.set_vertex_buffer(0, self.buffer.slice(..));
-            pass.draw(0..4, 0..count);
+            pass.draw(0..4, rows);
         }
     }
 }
@@ -69,10 +71,10 @@ impl InstanceBuffer {
 /// More bodies than this are drawn in the order in which they come: sorting them would take longer than it saves.
 const MOST_SORTED: usize = 10_000;
 
-/// The bodies of one mesh. The outlined ones are last, so that each kind is one draw. Nearer ones come before those
-/// that they hide, because hidden pixels need not be shaded.
+/// The bodies of one kind. The outlined ones are last, so that each kind is one draw. Nearer ones come before those
+/// that they hide, because hidden pixels need not be shaded; after them, if their edges are blended with what is behind.
 pub(crate) struct Bodies {
-    instances: InstanceBuffer,
+    pub instances: InstanceBuffer,
     sorted: Vec<Instance>,
     /// Rows without an outline.
     pub plain: u32,
@@ -90,7 +92,12 @@ impl Bodies {
         }
     }
 
-    pub fn upload<'a>(&mut self, gpu: &Gpu, rows: impl IntoIterator<Item = &'a Instance>) {
+    pub fn upload<'a>(
+        &mut self,
+        gpu: &Gpu,
+        rows: impl IntoIterator<Item = &'a Instance>,
+        nearest_first: bool,
+    ) {
         self.sorted.clear();
         self.sorted.extend(rows);
         let is_outlined = |row: &Instance| row.surface & OUTLINED != 0;
@@ -100,14 +107,11 @@ impl Bodies {
             // ordered as their bits.
             let distance =
                 || Vec3::from(row.position).length() + Vec3::from(row.half_extents).max_element();
-            (is_outlined(row), if sorts { distance().to_bits() } else { 0 })
+            let rank = if sorts { distance().to_bits() } else { 0 };
+            (is_outlined(row), if nearest_first { rank } else { !rank })
         });
         self.total = self.instances.upload(gpu, &self.sorted);
         self.plain = self.total.min(self.sorted.partition_point(|row| !is_outlined(row)) as u32);
-    }
-
-    pub fn buffer(&self) -> &wgpu::Buffer {
-        self.instances.buffer()
     }
 }
 

@@ -11,6 +11,8 @@ use crate::{Layer, Line, Surface};
 pub const CHECKER: u32 = 1;
 /// Bit of [`Instance::surface`]: a bright outline with a dark rim, of constant width on the screen.
 pub const OUTLINED: u32 = 2;
+/// Bit of [`Instance::surface`]: a ball that shines, whatever light there is. Only with [`Frame::soft`] light.
+pub const SHINES: u32 = 4;
 
 /// Everything that one picture shows. The camera is the origin: positions are in meters relative to it, in the axes
 /// of the world (+Y up), so that a scene far from the world's origin draws as sharply as one at the origin.
@@ -27,7 +29,7 @@ pub struct Frame {
     pub camera: Camera,
     /// Whether the scene has no up direction: the sky then has no horizon.
     pub space: bool,
-    /// Whether light is soft, bodies are matte and the ground is light; otherwise they look as in the tutorial.
+    /// Whether light is soft, bodies are matte, balls are round and the ground is light; otherwise they look as in the tutorial.
     pub soft: bool,
     /// Whether the picture is for paper: no sky, a white ground, and light that is soft.
     pub paper: bool,
@@ -165,7 +167,7 @@ pub struct Light {
 pub struct Instance {
     /// Center, relative to the camera, m.
     pub position: [f32; 3],
-    /// Any of [`CHECKER`] and [`OUTLINED`].
+    /// Any of [`CHECKER`], [`OUTLINED`] and [`SHINES`].
     pub surface: u32,
     /// Half the size along each axis of the body, m; for a ball the radius, three times.
     pub half_extents: [f32; 3],

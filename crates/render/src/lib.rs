@@ -41,7 +41,7 @@ pub use self::gif::Gif;
 pub use error::RenderError;
 pub use film::Film;
 pub use frame::{
-    CHECKER, Camera, Frame, Ground, Instance, Light, OUTLINED, Panels, Particle, Sprite,
+    CHECKER, Camera, Frame, Ground, Instance, Light, OUTLINED, Panels, Particle, SHINES, Sprite,
     Translucent,
 };
 pub use gpu::{AdapterSummary, Gpu, Reading, caught};

@@ -72,6 +72,7 @@ impl PanelPainter {
             shader: &module(device, "panels", &[GLOBALS, PANEL]),
             vertex: "vs_panel",
             fragment: Some("fs_panel"),
+            has_color: true,
             rows: &ROWS,
             constants: &[to.srgb()],
             topology: wgpu::PrimitiveTopology::TriangleList,

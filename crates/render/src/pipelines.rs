@@ -7,6 +7,7 @@ use crate::{Instance, Line, Particle, Sprite, mesh::Vertex, shadow::SHADOW_FORMA
 pub(crate) const GLOBALS: &str = include_str!("../shaders/globals.wgsl");
 pub(crate) const LIGHT: &str = include_str!("../shaders/light.wgsl");
 pub(crate) const BODY: &str = include_str!("../shaders/body.wgsl");
+pub(crate) const BALL: &str = include_str!("../shaders/ball.wgsl");
 const SKY: &str = include_str!("../shaders/sky.wgsl");
 const GROUND: &str = include_str!("../shaders/ground.wgsl");
 pub(crate) const PARTICLE: &str = include_str!("../shaders/particle.wgsl");
@@ -20,25 +21,29 @@ pub(crate) const RIM_PX: f64 = 4.0;
 
 pub(crate) const DEPTH_FORMAT: TextureFormat = TextureFormat::Depth32Float;
 
+const INSTANCES: VertexBufferLayout<'_> = VertexBufferLayout {
+    array_stride: size_of::<Instance>() as u64,
+    step_mode: wgpu::VertexStepMode::Instance,
+    // Written out because the macro cannot skip the padding after the half extents.
+    attributes: &[
+        attribute(3, wgpu::VertexFormat::Float32x3, 0),
+        attribute(4, wgpu::VertexFormat::Uint32, 12),
+        attribute(5, wgpu::VertexFormat::Float32x3, 16),
+        attribute(6, wgpu::VertexFormat::Float32x4, 32),
+        attribute(7, wgpu::VertexFormat::Float32x4, 48),
+    ],
+};
+
 pub(crate) const BODY_ROWS: [Option<VertexBufferLayout<'_>>; 2] = [
     Some(VertexBufferLayout {
         array_stride: size_of::<Vertex>() as u64,
         step_mode: wgpu::VertexStepMode::Vertex,
         attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3, 2 => Float32x2],
     }),
-    Some(VertexBufferLayout {
-        array_stride: size_of::<Instance>() as u64,
-        step_mode: wgpu::VertexStepMode::Instance,
-        // Written out because the macro cannot skip the padding after the half extents.
-        attributes: &[
-            attribute(3, wgpu::VertexFormat::Float32x3, 0),
-            attribute(4, wgpu::VertexFormat::Uint32, 12),
-            attribute(5, wgpu::VertexFormat::Float32x3, 16),
-            attribute(6, wgpu::VertexFormat::Float32x4, 32),
-            attribute(7, wgpu::VertexFormat::Float32x4, 48),
-        ],
-    }),
+    Some(INSTANCES),
 ];
+
+pub(crate) const BALL_ROWS: [Option<VertexBufferLayout<'_>>; 1] = [Some(INSTANCES)];
 
 pub(crate) const PARTICLE_ROWS: [Option<VertexBufferLayout<'_>>; 1] = [Some(VertexBufferLayout {
     array_stride: size_of::<Particle>() as u64,
@@ -73,12 +78,20 @@ const fn attribute(
     wgpu::VertexAttribute { format, offset, shader_location: location }
 }
 
-pub(crate) struct Pipelines {
+/// The pipelines of one kind of body.
+pub(crate) struct BodyPipelines {
     pub shadow: wgpu::RenderPipeline,
     pub body: wgpu::RenderPipeline,
     /// The dark rim, drawn before [`Self::outline`].
     pub rim: wgpu::RenderPipeline,
     pub outline: wgpu::RenderPipeline,
+}
+
+pub(crate) struct Pipelines {
+    /// Bodies that are meshes.
+    pub meshes: BodyPipelines,
+    /// Balls that are ray-cast, each within a quad.
+    pub balls: BodyPipelines,
     pub sky: wgpu::RenderPipeline,
     /// Drawn in place of the sky if there is a ground.
     pub ground: wgpu::RenderPipeline,
@@ -103,12 +116,14 @@ impl Destination {
 }
 
 /// The options in which pipelines differ.
+#[derive(Clone, Copy)]
 pub(crate) struct Drawing<'a> {
     pub label: &'a str,
     pub shader: &'a wgpu::ShaderModule,
     pub vertex: &'a str,
-    /// `None` draws depth alone.
     pub fragment: Option<&'a str>,
+    /// Whether fragments have a color; otherwise depth alone is drawn.
+    pub has_color: bool,
     pub rows: &'a [Option<VertexBufferLayout<'a>>],
     pub constants: &'a [(&'a str, f64)],
     pub topology: wgpu::PrimitiveTopology,
@@ -156,6 +171,7 @@ pub(crate) fn sprites(
         shader: &module(device, vertex, &[&[GLOBALS, SPRITE], shader].concat()),
         vertex,
         fragment: Some("fs_sprite"),
+        has_color: true,
         rows,
         constants: &[to.srgb()],
         topology: wgpu::PrimitiveTopology::TriangleStrip,
@@ -192,6 +208,7 @@ impl Pipelines {
     ) -> Self {
         let module = |label, parts: &[&str]| module(device, label, parts);
         let body = module("body", &[GLOBALS, LIGHT, BODY]);
+        let ball = module("ball", &[GLOBALS, LIGHT, BODY, BALL]);
         let sky = module("sky", &[GLOBALS, SKY]);
         let ground = module("ground", &[GLOBALS, LIGHT, SKY, GROUND]);
         let particle = module("particle", &[GLOBALS, LIGHT, PARTICLE]);
@@ -206,6 +223,7 @@ impl Pipelines {
             shader: &body,
             vertex: "vs_surface",
             fragment: Some("fs_surface"),
+            has_color: true,
             rows: &BODY_ROWS,
             constants: &[srgb],
             topology: wgpu::PrimitiveTopology::TriangleList,
@@ -215,17 +233,36 @@ impl Pipelines {
             depth_bias: wgpu::DepthBiasState::default(),
             blend: None,
         };
-        let outline = |label, width_px, bright| {
-            Drawing {
-                label,
-                vertex: "vs_outline",
-                fragment: Some("fs_outline"),
-                constants: &[srgb, ("outline_px", width_px), ("outline_bright", bright)],
-                cull: Some(Face::Front),
-                writes_depth: false,
-                ..bodies
+        let to_map = Destination { format: to.format, samples: 1 };
+        let kind = |body: Drawing<'_>, shadow: Drawing<'_>, outline: Drawing<'_>| {
+            let outline = |label, width_px, bright| {
+                Drawing {
+                    label,
+                    constants: &[srgb, ("outline_px", width_px), ("outline_bright", bright)],
+                    writes_depth: false,
+                    ..outline
+                }
+                .pipeline(device, &picture, to)
+            };
+            BodyPipelines {
+                shadow: Drawing { label: "shadow", has_color: false, constants: &[], ..shadow }
+                    .pipeline(device, &from_light, &to_map),
+                rim: outline("rim", RIM_PX, 0.0),
+                outline: outline("outline", OUTLINE_PX, 1.0),
+                body: body.pipeline(device, &picture, to),
             }
-            .pipeline(device, &picture, to)
+        };
+        let balls = Drawing {
+            label: "ball",
+            shader: &ball,
+            vertex: "vs_ball",
+            fragment: Some("fs_ball"),
+            rows: &BALL_ROWS,
+            topology: wgpu::PrimitiveTopology::TriangleStrip,
+            cull: None,
+            // Smooth edges.
+            blend: Some(wgpu::BlendState::ALPHA_BLENDING),
+            ..bodies
         };
         let overlay = Drawing {
             topology: wgpu::PrimitiveTopology::TriangleStrip,
@@ -247,22 +284,27 @@ impl Pipelines {
             ..bodies
         };
         Self {
-            shadow: Drawing {
-                label: "shadow",
-                vertex: "vs_shadow",
-                fragment: None,
-                constants: &[],
+            meshes: kind(
+                bodies,
                 // The map has the back faces, so that a surface seen by the light is not compared with itself.
-                cull: Some(Face::Front),
-                ..bodies
-            }
-            .pipeline(
-                device,
-                &from_light,
-                &Destination { format: to.format, samples: 1 },
+                Drawing { vertex: "vs_shadow", fragment: None, cull: Some(Face::Front), ..bodies },
+                Drawing {
+                    vertex: "vs_outline",
+                    fragment: Some("fs_outline"),
+                    cull: Some(Face::Front),
+                    ..bodies
+                },
             ),
-            rim: outline("rim", RIM_PX, 0.0),
-            outline: outline("outline", OUTLINE_PX, 1.0),
+            balls: kind(
+                balls,
+                Drawing {
+                    vertex: "vs_ball_shadow",
+                    fragment: Some("fs_ball_shadow"),
+                    blend: None,
+                    ..balls
+                },
+                Drawing { vertex: "vs_ball_outline", fragment: Some("fs_ball_outline"), ..balls },
+            ),
             ground: Drawing {
                 label: "ground",
                 shader: &ground,
@@ -307,7 +349,6 @@ impl Pipelines {
                 ..overlay
             }
             .pipeline(device, &picture, to),
-            body: bodies.pipeline(device, &picture, to),
         }
     }
 }
@@ -341,7 +382,7 @@ impl Drawing<'_> {
                 ..Default::default()
             },
             depth_stencil: self.depth_compare.map(|compare| wgpu::DepthStencilState {
-                format: if self.fragment.is_none() { SHADOW_FORMAT } else { DEPTH_FORMAT },
+                format: if self.has_color { DEPTH_FORMAT } else { SHADOW_FORMAT },
                 depth_write_enabled: Some(self.writes_depth),
                 depth_compare: Some(compare),
                 stencil: wgpu::StencilState::default(),
@@ -352,7 +393,7 @@ impl Drawing<'_> {
                 module: self.shader,
                 entry_point: Some(entry_point),
                 compilation_options,
-                targets: &color,
+                targets: if self.has_color { &color } else { &[] },
             }),
             multiview_mask: None,
             cache: None,

@@ -1,5 +1,7 @@
 //! Draws a frame: shadow map, bodies and surfaces, sky, outlines, particles, sprites, translucent bodies, lines, panels.
 
+use std::ops::Range;
+
 use bytemuck::{Pod, Zeroable};
 use egui::ecolor::linear_f32_from_gamma_u8;
 use glam::{Mat4, Vec3, Vec4};
@@ -9,7 +11,7 @@ use crate::{
     buffers::{Bodies, InstanceBuffer},
     mesh::Mesh,
     panels::PanelPainter,
-    pipelines::{DEPTH_FORMAT, Destination, Pipelines, uniform},
+    pipelines::{BodyPipelines, DEPTH_FORMAT, Destination, Pipelines, uniform},
     shadow::{Caster, LightView, ShadowMap},
     surfaces::Surfaces,
     translucent::TranslucentBodies,
@@ -61,6 +63,8 @@ pub struct Renderer {
     sphere: Mesh,
     /// For the small spheres of a frame with many.
     small_sphere: Mesh,
+    /// Whether the spheres of the frame are ray-cast, and not meshes.
+    is_round: bool,
     cuboids: Bodies,
     spheres: Bodies,
     small_spheres: Bodies,
@@ -120,6 +124,7 @@ impl Renderer {
             cube: Mesh::cube(device),
             sphere: Mesh::sphere(device, quality.sphere_meridians),
             small_sphere: Mesh::sphere(device, quality.small_sphere_meridians()),
+            is_round: false,
             cuboids: Bodies::new(device, "cuboids"),
             spheres: Bodies::new(device, "spheres"),
             small_spheres: Bodies::new(device, "small spheres"),
@@ -180,15 +185,18 @@ impl Renderer {
         let globals = self.globals_of(frame, light_view);
         gpu.queue.write_buffer(&self.globals, 0, bytemuck::bytes_of(&globals));
         let (forward, px_per_m) = (globals.camera_forward.truncate(), 1.0 / globals.viewport.z);
-        let is_crowd = frame.spheres.len() > CROWD;
+        // The tutorial's own look has the tutorial's meshes.
+        self.is_round = frame.soft || frame.paper;
+        let is_crowd = !self.is_round && frame.spheres.len() > CROWD;
         let small_px = if is_crowd { self.quality.small_sphere_px() } else { 0.0 };
         let is_small = |ball: &&Instance| {
             let radius_px = Vec3::from(ball.half_extents).max_element() * px_per_m;
             radius_px < small_px * Vec3::from(ball.position).dot(forward).abs()
         };
-        self.cuboids.upload(gpu, &frame.cuboids);
-        self.spheres.upload(gpu, frame.spheres.iter().filter(|ball| !is_small(ball)));
-        self.small_spheres.upload(gpu, frame.spheres.iter().filter(is_small));
+        let (large, small) = frame.spheres.iter().partition::<Vec<_>, _>(|ball| !is_small(ball));
+        self.cuboids.upload(gpu, &frame.cuboids, true);
+        self.spheres.upload(gpu, large, !self.is_round);
+        self.small_spheres.upload(gpu, small, true);
         let (globals_layout, shadow_layout) = (&self.globals_layout, &self.shadow_map.layout);
         let to = &self.destination;
         if self.surfaces.is_some() || !frame.surfaces.is_empty() {
@@ -276,9 +284,10 @@ impl Renderer {
             )),
             ..Default::default()
         });
-        pass.set_pipeline(&self.pipelines.shadow);
         pass.set_bind_group(0, &self.globals_group, &[]);
-        self.draw_bodies(&mut pass, |bodies| 0..bodies.total);
+        let all = |bodies: &Bodies| 0..bodies.total;
+        self.draw_meshes(&mut pass, &self.pipelines.meshes.shadow, all);
+        self.draw_balls(&mut pass, &self.pipelines.balls.shadow, all);
         if let Some(surfaces) = &self.surfaces {
             surfaces.draw_shadows(&mut pass);
         }
@@ -327,8 +336,9 @@ impl Renderer {
         pass.set_bind_group(0, &self.globals_group, &[]);
         pass.set_bind_group(1, &self.shadow_map.bind_group, &[]);
 
-        pass.set_pipeline(&self.pipelines.body);
-        self.draw_bodies(&mut pass, |bodies| 0..bodies.plain);
+        let Pipelines { meshes, balls, .. } = &self.pipelines;
+        let plain = |bodies: &Bodies| 0..bodies.plain;
+        self.draw_meshes(&mut pass, &meshes.body, plain);
         if let Some(surfaces) = &self.surfaces {
             surfaces.draw_plain(&mut pass);
         }
@@ -340,44 +350,59 @@ impl Renderer {
             pass.set_pipeline(pipeline);
             pass.draw(0..3, 0..1);
         }
+        // Their edges are blended with what is behind.
+        self.draw_balls(&mut pass, &balls.body, plain);
         // The outlines write no depth, so they come after everything that they cover and before the bodies that they
         // surround.
-        if self.bodies().iter().any(|(_, bodies)| bodies.plain < bodies.total) {
-            for pipeline in [&self.pipelines.rim, &self.pipelines.outline, &self.pipelines.body] {
-                pass.set_pipeline(pipeline);
-                self.draw_bodies(&mut pass, |bodies| bodies.plain..bodies.total);
-            }
+        let outlined = |bodies: &Bodies| bodies.plain..bodies.total;
+        let parts: [fn(&BodyPipelines) -> &wgpu::RenderPipeline; 3] =
+            [|kind| &kind.rim, |kind| &kind.outline, |kind| &kind.body];
+        for part in parts {
+            self.draw_meshes(&mut pass, part(meshes), outlined);
+            self.draw_balls(&mut pass, part(balls), outlined);
         }
         if let Some(surfaces) = &self.surfaces {
             surfaces.draw_outlined(&mut pass);
         }
-        self.particles.draw_quads(&mut pass, &self.pipelines.particle, particles);
-        self.sprites.draw_quads(&mut pass, &self.pipelines.sprite, sprites);
+        self.particles.draw_quads(&mut pass, &self.pipelines.particle, 0..particles);
+        self.sprites.draw_quads(&mut pass, &self.pipelines.sprite, 0..sprites);
         if let Some(layer) = &frame.layer {
             layer.draw(&self.kept, &mut pass);
         }
         if let Some(translucent) = &self.translucent {
-            translucent.draw(&mut pass, &self.cube, &self.sphere);
+            let sphere = (!self.is_round).then_some(&self.sphere);
+            translucent.draw(&mut pass, &self.cube, sphere);
         }
-        self.lines.draw_quads(&mut pass, &self.pipelines.line, lines);
+        self.lines.draw_quads(&mut pass, &self.pipelines.line, 0..lines);
     }
 
-    /// The bodies in drawing order. Boxes are last, because a floor is one, and other bodies hide much of it.
-    fn bodies(&self) -> [(&Mesh, &Bodies); 3] {
-        [
+    /// Draws bodies that are meshes. Boxes are last, because a floor is one, and other bodies hide much of it.
+    fn draw_meshes(
+        &self,
+        pass: &mut wgpu::RenderPass<'_>,
+        pipeline: &wgpu::RenderPipeline,
+        rows: impl Fn(&Bodies) -> Range<u32>,
+    ) {
+        pass.set_pipeline(pipeline);
+        let meshes = [
             (&self.sphere, &self.spheres),
             (&self.small_sphere, &self.small_spheres),
             (&self.cube, &self.cuboids),
-        ]
+        ];
+        for (mesh, bodies) in meshes.into_iter().skip(if self.is_round { 2 } else { 0 }) {
+            mesh.draw(pass, bodies.instances.buffer(), rows(bodies));
+        }
     }
 
-    fn draw_bodies(
+    /// Draws spheres that are ray-cast.
+    fn draw_balls(
         &self,
         pass: &mut wgpu::RenderPass<'_>,
-        rows: impl Fn(&Bodies) -> std::ops::Range<u32>,
+        pipeline: &wgpu::RenderPipeline,
+        rows: impl Fn(&Bodies) -> Range<u32>,
     ) {
-        for (mesh, bodies) in self.bodies() {
-            mesh.draw(pass, bodies.buffer(), rows(bodies));
+        if self.is_round {
+            self.spheres.instances.draw_quads(pass, pipeline, rows(&self.spheres));
         }
     }
 }

@@ -59,6 +59,7 @@ impl Surfaces {
             shader: &shader,
             vertex: "vs_surface",
             fragment: Some("fs_surface"),
+            has_color: true,
             rows: &ROWS,
             constants: &[srgb],
             topology: wgpu::PrimitiveTopology::TriangleList,
@@ -84,6 +85,7 @@ impl Surfaces {
                 label: "shadow of surface",
                 vertex: "vs_shadow",
                 fragment: None,
+                has_color: false,
                 constants: &[],
                 depth_bias: wgpu::DepthBiasState { slope_scale: SLOPE_BIAS, ..Default::default() },
                 ..body

@@ -9,12 +9,14 @@ use wgpu::{
 
 use crate::mesh::Mesh;
 use crate::pipelines::{
-    BODY, BODY_ROWS, Destination, Drawing, GLOBALS, LIGHT, PARTICLE, PARTICLE_ROWS, layout, module,
+    BALL, BALL_ROWS, BODY, BODY_ROWS, Destination, Drawing, GLOBALS, LIGHT, PARTICLE,
+    PARTICLE_ROWS, layout, module,
 };
 use crate::{Gpu, Instance, Particle, Translucent, buffers::InstanceBuffer};
 
 pub(crate) struct TranslucentBodies {
     body: RenderPipeline,
+    ball: RenderPipeline,
     particle: RenderPipeline,
     cuboids: Rows<Instance>,
     spheres: Rows<Instance>,
@@ -49,7 +51,7 @@ impl TranslucentBodies {
         shadow_map: &BindGroupLayout,
         to: &Destination,
     ) -> Self {
-        let bodies = module(device, "translucent body", &[GLOBALS, LIGHT, BODY]);
+        let bodies = module(device, "translucent body", &[GLOBALS, LIGHT, BODY, BALL]);
         let particles = module(device, "translucent particle", &[GLOBALS, LIGHT, PARTICLE]);
         let picture = layout(device, "picture", &[Some(globals), Some(shadow_map)]);
         let body = Drawing {
@@ -57,6 +59,7 @@ impl TranslucentBodies {
             shader: &bodies,
             vertex: "vs_translucent",
             fragment: Some("fs_translucent"),
+            has_color: true,
             rows: &BODY_ROWS,
             constants: &[to.srgb()],
             topology: wgpu::PrimitiveTopology::TriangleList,
@@ -67,17 +70,25 @@ impl TranslucentBodies {
             depth_bias: wgpu::DepthBiasState::default(),
             blend: Some(BlendState::ALPHA_BLENDING),
         };
+        let quads =
+            Drawing { topology: wgpu::PrimitiveTopology::TriangleStrip, cull: None, ..body };
+        let ball = Drawing {
+            label: "translucent ball",
+            vertex: "vs_translucent_ball",
+            fragment: Some("fs_translucent_ball"),
+            rows: &BALL_ROWS,
+            ..quads
+        };
         let particle = Drawing {
             label: "translucent particle",
             shader: &particles,
             vertex: "vs_particle",
             fragment: Some("fs_particle"),
             rows: &PARTICLE_ROWS,
-            topology: wgpu::PrimitiveTopology::TriangleStrip,
-            cull: None,
-            ..body
+            ..quads
         };
         Self {
+            ball: ball.pipeline(device, &picture, to),
             particle: particle.pipeline(device, &picture, to),
             body: body.pipeline(device, &picture, to),
             cuboids: Rows::new(device, "translucent cuboids"),
@@ -92,12 +103,15 @@ impl TranslucentBodies {
         self.particles.upload(gpu, &rows.particles, |row| row.position);
     }
 
-    /// Draws the bodies. Call it after everything opaque.
-    pub fn draw(&self, pass: &mut RenderPass<'_>, cube: &Mesh, sphere: &Mesh) {
+    /// Draws the bodies, spheres as `sphere` if opaque ones are that mesh. Call it after everything opaque.
+    pub fn draw(&self, pass: &mut RenderPass<'_>, cube: &Mesh, sphere: Option<&Mesh>) {
         pass.set_pipeline(&self.body);
-        for (mesh, rows) in [(cube, &self.cuboids), (sphere, &self.spheres)] {
-            mesh.draw(pass, rows.buffer.buffer(), 0..rows.count);
+        cube.draw(pass, self.cuboids.buffer.buffer(), 0..self.cuboids.count);
+        let balls = 0..self.spheres.count;
+        match sphere {
+            Some(mesh) => mesh.draw(pass, self.spheres.buffer.buffer(), balls),
+            None => self.spheres.buffer.draw_quads(pass, &self.ball, balls),
         }
-        self.particles.buffer.draw_quads(pass, &self.particle, self.particles.count);
+        self.particles.buffer.draw_quads(pass, &self.particle, 0..self.particles.count);
     }
 }

@@ -297,10 +297,67 @@ fn a_ground_has_lines_below_the_horizon_and_space_has_no_horizon() {
 
     let space = draw(&gpu, &Frame { space: true, ..frame() }, Quality::FIXED);
     let step = |image: &Image| {
-        let gray = |y| u32::from(image.pixel(80, y).unwrap()[1]);
+        // The darkest pixel of a row is no star.
+        let gray = |y| row(image, y).iter().map(|pixel| u32::from(pixel[1])).min().unwrap();
         (1..SIZE[1]).map(|y| gray(y).abs_diff(gray(y - 1))).max().unwrap()
     };
     assert!(step(&empty) > 20 && step(&space) < 4, "{} {}", step(&empty), step(&space));
+}
+
+#[test]
+fn space_has_the_same_stars_in_every_picture_and_paper_has_none() {
+    let gpu = gpu();
+    let space = Frame { space: true, soft: true, ..frame() };
+    let stars = |image: &Image| {
+        let all = (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| (x, y)));
+        all.filter(|(x, y)| image.pixel(*x, *y).unwrap()[0] > 60).collect::<Vec<_>>()
+    };
+    let seen = stars(&draw(&gpu, &space, Quality::FIXED));
+    assert!((50..1000).contains(&seen.len()), "{}", seen.len());
+    assert_eq!(stars(&draw(&gpu, &space, Quality::FIXED)), seen);
+    let paper = draw(&gpu, &Frame { paper: true, ..space }, Quality::FIXED);
+    assert_eq!(stars(&paper).len() as u32, SIZE[0] * SIZE[1], "it is white");
+}
+
+#[test]
+fn a_ball_is_round_at_every_size() {
+    let gpu = gpu();
+    for (radius_m, x_m) in [(0.05_f32, 0.0), (0.3, 0.0), (0.3, 1.0), (1.2, 0.0)] {
+        let away = 4.0;
+        let spheres = vec![body([x_m, 0.0, -away], radius_m, [0.0; 3])];
+        // Black on white, so that each pixel says how much of it is covered.
+        let frame = Frame { paper: true, spheres, ..frame() };
+        let image = draw(&gpu, &frame, Quality::FIXED);
+        let covered: f32 =
+            image.rgba.chunks_exact(4).map(|pixel| 1.0 - f32::from(pixel[2]) / 255.0).sum();
+        // The cone of rays that touch it meets the picture in an ellipse.
+        let squared = away * away - radius_m * radius_m;
+        let wider = (1.0 + x_m * x_m / squared).sqrt();
+        let radius_px = 0.5 * SIZE[1] as f32 * radius_m
+            / (squared.sqrt() * (0.5 * frame.camera.fov_y_rad).tan());
+        let exact = std::f32::consts::PI * radius_px * radius_px * wider;
+        let off = (covered - exact).abs();
+        assert!(off < 0.5 + 0.005 * exact, "{radius_m} at {x_m}: {covered} of {exact}");
+    }
+}
+
+#[test]
+fn balls_that_overlap_meet_where_their_surfaces_do() {
+    let gpu = gpu();
+    let (red, blue) = ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0]);
+    for [first, second] in [[-0.5, 0.5], [0.5, -0.5]] {
+        let spheres = [(first, red), (second, blue)]
+            .map(|(x, color)| body([x, 0.0, -6.0], 1.0, color))
+            .to_vec();
+        let frame = Frame { soft: true, spheres, ..frame() };
+        let image = draw(&gpu, &frame, Quality::FIXED);
+        // The plane between them is seen from its edge.
+        for x in 65..95 {
+            let [r, _, b, _] = image.pixel(x, 45).unwrap();
+            let is_red = (x < 80) == (first < 0.0);
+            assert!(if is_red { r > b } else { b > r }, "{first} {x}: {r} {b}");
+        }
+    }
 }
 
 fn panels(context: &egui::Context) -> Panels {

@@ -25,9 +25,12 @@ const MOST_SIZES: isize = 10;
 
 /// Writes the arrangement of the panels, one line per action and its state: `on`, `off`, or how many times it was done.
 pub(crate) fn of(ui: &Ui, learn: &Learn) -> String {
-    let chosen =
-        |(act, _): &(Act, bool)| *act != Act::ToggleBrowser || ui.cockpit.has_chosen_browser();
-    let switches = switches(ui).into_iter().filter(chosen);
+    let is_chosen = |(act, _): &(Act, bool)| match act {
+        Act::ToggleBrowser => ui.cockpit.scenes.is_chosen(),
+        Act::ToggleDock => ui.cockpit.dock.is_chosen(),
+        _ => true,
+    };
+    let switches = switches(ui).into_iter().filter(is_chosen);
     let mut text: String = switches
         .map(|(act, on)| format!("{} {}\n", act.name(), if on { "on" } else { "off" }))
         .collect();
@@ -78,10 +81,11 @@ pub(crate) fn arrange(ui: &mut Ui, learn: &mut Learn, text: &str) -> Vec<Act> {
             _ if act == Act::ToggleCockpit => true,
             _ => continue,
         };
-        if act == Act::ToggleBrowser {
-            ui.cockpit.set_browser(wanted);
-        } else if wanted != on {
-            acts.push(act);
+        match act {
+            Act::ToggleBrowser => ui.cockpit.scenes.set(wanted),
+            Act::ToggleDock => ui.cockpit.dock.set(wanted),
+            _ if wanted != on => acts.push(act),
+            _ => {}
         }
     }
     let tab =
@@ -99,8 +103,8 @@ fn switches(ui: &Ui) -> Vec<(Act, bool)> {
     let parts = [
         (Act::ToggleCockpit, ui.cockpit.shown),
         (Act::ToggleTheme, ui.is_light()),
-        (Act::ToggleBrowser, ui.cockpit.browses(ui.width())),
-        (Act::ToggleDock, ui.cockpit.dock),
+        (Act::ToggleBrowser, ui.cockpit.scenes.is_open(ui.width())),
+        (Act::ToggleDock, ui.cockpit.dock.is_open(ui.width())),
     ];
     let panels = PANELS.iter().map(|(panel, _)| *panel).filter(|panel| !panel.is_transient());
     parts.into_iter().chain(panels.map(|panel| (Act::Panel(panel), ui.shows(panel)))).collect()

@@ -29,6 +29,9 @@ const DOCK: [f32; 2] = [340.0, 480.0];
 /// Width of the dock at the start, as a fraction of the screen.
 const DOCK_SHARE: f32 = 0.28;
 
+/// Height of the dock below the view, as a fraction of what the bars leave.
+const DOCK_BELOW: f32 = 0.45;
+
 /// Greatest width that [`Cockpit::set_dock_width`] accepts, points; larger ones are clamped.
 const WIDEST_DOCK: f32 = 10_000.0;
 
@@ -64,13 +67,41 @@ impl DockWidth {
     }
 }
 
+/// A side of the cockpit: open if the screen has room for it, until a person opens or closes it.
+pub(crate) struct Fold {
+    chosen: Option<bool>,
+    /// Least width of the screen at which it is open by default, points.
+    room: f32,
+}
+
+impl Fold {
+    /// Whether the side is open, on a screen of that width in points.
+    pub fn is_open(&self, width: f32) -> bool {
+        self.chosen.unwrap_or(width >= self.room)
+    }
+
+    /// Opens or closes the side, on a screen of that width in points.
+    pub fn toggle(&mut self, width: f32) {
+        self.chosen = Some(!self.is_open(width));
+    }
+
+    /// Opens the side or closes it, on a screen of any width.
+    pub const fn set(&mut self, open: bool) {
+        self.chosen = Some(open);
+    }
+
+    /// Whether a person opened or closed the side.
+    pub const fn is_chosen(&self) -> bool {
+        self.chosen.is_some()
+    }
+}
+
 /// The state of the cockpit: what a person opened and typed.
 pub(crate) struct Cockpit {
     pub shown: bool,
     browser: Browser,
-    /// Whether a person opened or closed the browser; `None`: it is open if there is room.
-    browses: Option<bool>,
-    pub dock: bool,
+    pub scenes: Fold,
+    pub dock: Fold,
     /// The chosen tab of the dock.
     pub tab: Tab,
     /// The tab to choose in the next layout.
@@ -90,8 +121,8 @@ impl Default for Cockpit {
         Self {
             shown: false,
             browser: Browser::default(),
-            browses: None,
-            dock: true,
+            scenes: Fold { chosen: None, room: ROOM_FOR_BROWSER },
+            dock: Fold { chosen: None, room: 2.0 * DOCK[0] },
             tab: Tab::default(),
             next_tab: None,
             dock_width: DockWidth::default(),
@@ -135,26 +166,6 @@ impl Cockpit {
         self.dock_width.chosen.map(f32::round)
     }
 
-    /// Shows or hides the scenes, on a screen of that width in points.
-    pub fn toggle_browser(&mut self, width: f32) {
-        self.browses = Some(!self.browses(width));
-    }
-
-    /// Shows the scenes or hides them, on a screen of any width.
-    pub const fn set_browser(&mut self, shown: bool) {
-        self.browses = Some(shown);
-    }
-
-    /// Whether a person opened or closed the browser.
-    pub fn has_chosen_browser(&self) -> bool {
-        self.browses.is_some()
-    }
-
-    /// Whether the scenes are shown, on a screen of that width in points.
-    pub fn browses(&self, width: f32) -> bool {
-        self.browses.unwrap_or(width >= ROOM_FOR_BROWSER)
-    }
-
     /// Remembers where `part` is, and gives its `first` control the keyboard if `focuses` says so.
     fn lay_out_part(&mut self, part: Part, rect: Rect, first: &Response) {
         self.parts.push((part, rect));
@@ -177,12 +188,18 @@ impl Cockpit {
         // The area around the view already has the color of the panels: painting it again would take half the time of a frame in
         // software.
         let bare = Frame::side_top_panel(root.style()).fill(Color32::TRANSPARENT);
-        let browses = self.browses(width);
+        let newest = opened.last().copied().filter(|panel| !self.opened.contains(panel));
+        let opens = newest.and_then(Panel::tab);
+        if opens.is_some() && !self.dock.is_chosen() {
+            self.dock.set(true);
+        }
+        let browses = self.scenes.is_open(width);
+        let docks = self.dock.is_open(width);
         let learns = opened.contains(&Panel::Learn);
         self.parts.clear();
         let bar = Side::top("toolbar").frame(bare);
-        let bar = bar
-            .show(root, |ui| toolbar::show(ui, stage, view, browses, self.dock, learns, intents));
+        let bar =
+            bar.show(root, |ui| toolbar::show(ui, stage, view, browses, docks, learns, intents));
         self.lay_out_part(Part::Toolbar, bar.response.rect, &bar.inner);
         Side::bottom("hints")
             .frame(bare)
@@ -193,22 +210,28 @@ impl Cockpit {
             let side = side.show(root, |ui| self.browser.show(ui, here, intents));
             self.lay_out_part(Part::Scenes, side.response.rect, &side.inner);
         }
-        if self.dock {
-            let usual = (width * DOCK_SHARE).clamp(DOCK[0], DOCK[1]);
-            let range = DOCK[0]..=0.6 * width;
-            let mut side =
-                Side::right("dock").frame(bare).default_size(usual).size_range(range.clone());
-            if let Some(set) = self.dock_width.set.take() {
-                side = side.exact_size(set.clamp(*range.start(), range.end().max(*range.start())));
-            }
-            let newest = opened.last().copied().filter(|panel| !self.opened.contains(panel));
-            let opens = newest.and_then(Panel::tab);
+        if docks {
             self.tab = self.next_tab.take().or(opens).unwrap_or(self.tab);
-            let side = side.show(root, |ui| {
+            // On a screen as narrow as a phone, the dock is below the view.
+            let is_beside = width >= self.dock.room;
+            let range = DOCK[0]..=0.6 * width;
+            let side = if is_beside {
+                let usual = (width * DOCK_SHARE).clamp(DOCK[0], DOCK[1]);
+                let side = Side::right("dock").default_size(usual).size_range(range.clone());
+                match self.dock_width.set.take() {
+                    Some(set) => side.exact_size(set.clamp(*range.start(), *range.end())),
+                    None => side,
+                }
+            } else {
+                Side::bottom("dock below").exact_size(DOCK_BELOW * root.available_height())
+            };
+            let side = side.frame(bare).show(root, |ui| {
                 let panels = dock::OpenPanels { opened, newest };
                 dock::show(ui, &mut self.tab, panels, stage, view, tools, intents)
             });
-            self.dock_width.note(width, side.response.rect.width());
+            if is_beside {
+                self.dock_width.note(width, side.response.rect.width());
+            }
             self.lay_out_part(Part::Dock, side.response.rect, &side.inner);
         }
         if opened.contains(&Panel::Learn) && tools.learn.lesson().is_some() {

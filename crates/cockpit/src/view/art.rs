@@ -4,7 +4,7 @@
 use glam::{DVec3, Vec3};
 use pick::Shape;
 use render::Light;
-use scene::{Appearance, Scene};
+use scene::{Appearance, BodySpec, Scene};
 
 use crate::view::camera::Camera;
 use crate::view::navigation::extent_at_start;
@@ -33,12 +33,14 @@ pub(super) fn color(look: Appearance, shape: &Shape, movable: bool) -> [f32; 3] 
 }
 
 /// The lamp of a scene that declares a light.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Lamp {
     /// The middle of what moves at the start, m.
     middle: DVec3,
     /// From the middle to the lamp, m.
     offset: DVec3,
+    /// Ids of the bodies that shine where nothing is up.
+    pub suns: Vec<u32>,
 }
 
 impl Lamp {
@@ -47,11 +49,15 @@ impl Lamp {
         let view = Camera::new(scene.camera).viewpoint();
         let [left, up, near] = LAMP_ASIDE;
         let toward = -left * view.right() + up * DVec3::Y - near * view.forward();
-        Self { middle, offset: toward.normalize_or(DVec3::Y) * (LAMP_DISTANCE * radius.max(2.0)) }
+        Self {
+            middle,
+            offset: toward.normalize_or(DVec3::Y) * (LAMP_DISTANCE * radius.max(2.0)),
+            suns: suns(scene),
+        }
     }
 
     /// The lamp relative to `eye`, m.
-    pub fn seen_from(self, eye: DVec3, shadows: bool) -> Light {
+    pub fn seen_from(&self, eye: DVec3, shadows: bool) -> Light {
         Light {
             position: (self.middle + self.offset - eye).as_vec3(),
             target: (self.middle - eye).as_vec3(),
@@ -59,4 +65,19 @@ impl Lamp {
             shadows,
         }
     }
+}
+
+/// Ids of the balls that shine: those that only mark a place, and among bodies that attract each other the one that has most of
+/// the mass.
+fn suns(scene: &Scene) -> Vec<u32> {
+    let mass = |body: &BodySpec| body.inverse_mass.map_or(0.0, f64::recip);
+    let most = match scene.mutual_gravity {
+        Some(_) => 0.5 * scene.bodies.iter().map(mass).sum::<f64>(),
+        None => f64::INFINITY,
+    };
+    let shines = |body: &BodySpec| {
+        matches!(body.shape, Some(Shape::Sphere { .. }))
+            && (body.inverse_mass.is_none() || mass(body) > most)
+    };
+    (0..).zip(&scene.bodies).filter(|(_, body)| shines(body)).map(|(id, _)| id).collect()
 }

@@ -52,6 +52,12 @@ const HIDDEN: f32 = 0.25;
 /// slightly below the ground.
 const BELOW: f32 = 1e-3;
 
+/// Radius of the glow of a body that shines, as a multiple of its own.
+const GLOW_RADII: f32 = 2.4;
+
+/// Opacity of that glow.
+const GLOW: f32 = 0.3;
+
 /// Factor on the distance from the camera that draws a thing just in front of another.
 const NEARER: f32 = 0.999;
 
@@ -100,6 +106,7 @@ impl View {
         };
         let hovered = self.hovered(stage, immovable);
         self.add_shapes(stage, &mut frame, hovered);
+        add_sunlight(&mut frame);
         self.add_soft_bodies(stage, &mut frame, ratio, hovered);
         self.add_springs(stage, &mut frame, ratio);
         self.add_particles(stage, &mut frame, hovered);
@@ -133,6 +140,10 @@ impl View {
                 continue;
             }
             let mut surface = if look.checker && !own_look { render::CHECKER } else { 0 };
+            if frame.space && stage.sim().id(*entity).is_some_and(|id| self.lamp.suns.contains(&id))
+            {
+                surface |= render::SHINES;
+            }
             if is_marked {
                 surface |= render::OUTLINED;
             }
@@ -235,6 +246,23 @@ impl View {
             }
         }
     }
+}
+
+/// Adds a glow around every ball that shines, and lights the others by the first of them.
+fn add_sunlight(frame: &mut Frame) {
+    if !frame.soft || frame.paper {
+        return;
+    }
+    let suns = frame.spheres.iter().filter(|ball| ball.surface & render::SHINES != 0);
+    let unshadowed = frame.light.as_mut().filter(|light| !light.shadows);
+    if let Some((light, sun)) = unshadowed.zip(suns.clone().next()) {
+        light.position = Vec3::from(sun.position);
+    }
+    frame.sprites.extend(suns.map(|sun| {
+        let Instance { position, half_extents: [radius, ..], color: [r, g, b, _], .. } = *sun;
+        let (streak, color) = ([0.0; 3], [r, g, b, GLOW]);
+        Sprite { position, radius_m: GLOW_RADII * radius, streak, _pad: 0.0, color }
+    }));
 }
 
 /// Adds a translucent body.

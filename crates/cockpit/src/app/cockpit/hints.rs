@@ -85,9 +85,6 @@ fn words(stage: &Stage, view: &View) -> String {
             ("pushes", view.click_force)
         };
         let force = digits(force);
-        if view.by_finger {
-            return format!("a finger that rests on it {verb} it with {force} N");
-        }
         let notch = digits(stage.sim().scene.push_spec().per_notch);
         format!("a right click {verb} it with {force} N, the wheel changes that by {notch} N")
     };
@@ -97,8 +94,17 @@ fn words(stage: &Stage, view: &View) -> String {
             let aim = selected.filter(|_| pushes).map_or(String::new(), |_| format!(" At the selection, {}.", click()));
             format!("The mouse looks around; W A S D fly, Space and Shift rise and sink. Q frees the pointer.{aim}")
         }
+        // Short enough for a phone, beside the buttons of the force.
         (Mode::Selection, None) if view.by_finger => {
-            "Tap a body to select it, drag it to pull it. Two fingers orbit, zoom and pan.".to_owned()
+            "Tap selects, drag pulls; two fingers orbit, zoom, pan.".to_owned()
+        }
+        (Mode::Selection, Some(thing)) if view.by_finger => {
+            let words = match is_movable(&stage.sim().world, thing) {
+                true if pushes => "Drag pulls; hold to push.",
+                true => "Drag pulls.",
+                false => "This cannot be moved.",
+            };
+            words.to_owned()
         }
         (Mode::Selection, None) => {
             "Click a body to select it, drag it to pull it. Right drag orbits, middle drag pans, the wheel zooms. F frames the scene.".to_owned()

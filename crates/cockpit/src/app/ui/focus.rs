@@ -108,10 +108,4 @@ impl Ui {
         context.data_mut(|data| data.insert_temp(before(), *last));
         *last = focused;
     }
-
-    /// Shows or hides the scenes at the left.
-    pub fn toggle_browser(&mut self) {
-        let width = self.width();
-        self.cockpit.toggle_browser(width);
-    }
 }
