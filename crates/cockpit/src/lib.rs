@@ -23,6 +23,7 @@ mod refused;
 pub mod stage;
 pub mod tools;
 pub mod view;
+mod words;
 
 pub use app::bundle::Repetition;
 pub use app::focus::pointable;

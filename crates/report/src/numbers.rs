@@ -122,11 +122,19 @@ pub fn tick_rate(step: f64) -> String {
     }
 }
 
-/// A time of a scene whose ticks last `step` seconds: in seconds, or in days and years if a tick lasts a minute or
-/// more.
+/// Units of times and their lengths, s.
+const SECONDS: [(&str, f64); 5] =
+    [("s", 1.0), ("ms", 1e-3), ("µs", 1e-6), ("ns", 1e-9), ("ps", 1e-12)];
+
+/// A time of a scene whose ticks last `step` seconds: in days and years if a tick lasts a minute or more, else in the largest
+/// unit of which a tick is at least a hundred-thousandth.
 pub fn scene_time(seconds: f64, step: f64) -> String {
     match seconds {
-        seconds if step < 60.0 => format!("{seconds:.2} s"),
+        seconds if step < 60.0 => {
+            let (name, unit) =
+                SECONDS.into_iter().find(|(_, unit)| step >= 1e-5 * unit).unwrap_or(("fs", 1e-15));
+            format!("{:.2} {name}", seconds / unit)
+        }
         seconds if seconds < 2.0 * YEAR => format!("{:.1} days", seconds / DAY),
         seconds => format!("{:.2} years", seconds / YEAR),
     }
@@ -321,10 +329,16 @@ mod tests {
 
     #[test]
     fn times_and_paces_of_the_solar_system_are_read_in_days_and_years() {
-        let times = [(1.5, 0.01), (86_400.0, 59.0), (86_400.0, 3_600.0), (1e8, 86_400.0)];
+        let times = [
+            (1.23e-11, 1e-15),
+            (1.5, 0.01),
+            (86_400.0, 59.0),
+            (86_400.0, 3_600.0),
+            (1e8, 86_400.0),
+        ];
         assert_eq!(
             times.map(|(seconds, step)| scene_time(seconds, step)),
-            ["1.50 s", "86400.00 s", "1.0 days", "3.17 years"]
+            ["12.30 ps", "1.50 s", "86400.00 s", "1.0 days", "3.17 years"]
         );
         let paces = [1.0 / 64.0, 1.0, 16.0, 3_600.0, 2_592_000.0, 6.3e7].map(pace_words);
         assert_eq!(

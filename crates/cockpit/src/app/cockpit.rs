@@ -7,7 +7,7 @@ mod fault;
 mod hints;
 mod toolbar;
 
-use egui::{Color32, Frame, Panel as Side, Pos2, Rect, Response, Ui};
+use egui::{Align2, Area, Color32, Frame, Id, Panel as Side, Pos2, Rect, Response, Ui};
 
 use self::browser::Browser;
 use self::fault::FaultBar;
@@ -34,6 +34,20 @@ const DOCK_BELOW: f32 = 0.45;
 
 /// Greatest width that [`Cockpit::set_dock_width`] accepts, points; larger ones are clamped.
 const WIDEST_DOCK: f32 = 10_000.0;
+
+/// Lays out a bar at the bottom of what is `free` of the view, and takes its place from that.
+fn bar(root: &Ui, name: &str, free: &mut Rect, add: impl FnOnce(&mut Ui)) {
+    let area = Area::new(Id::unique(name)).pivot(Align2::LEFT_BOTTOM).fixed_pos(free.left_bottom());
+    let frame = Frame::side_top_panel(root.style());
+    let width = free.width() - frame.total_margin().sum().x;
+    let shown = area.show(root.ctx(), |ui| {
+        frame.show(ui, |ui| {
+            ui.set_width(width);
+            ui.horizontal_wrapped(add);
+        });
+    });
+    free.max.y = shown.response.rect.top();
+}
 
 /// A part of the cockpit that can get the keyboard.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -112,6 +126,8 @@ pub(crate) struct Cockpit {
     /// Place of each part in the last layout.
     parts: Vec<(Part, Rect)>,
     fault: FaultBar,
+    /// What the bars over the view leave of it.
+    pub free: Rect,
     /// The panels that were open in the last layout.
     opened: Vec<Panel>,
 }
@@ -129,6 +145,7 @@ impl Default for Cockpit {
             focuses: None,
             parts: Vec::new(),
             fault: FaultBar::default(),
+            free: Rect::NOTHING,
             opened: Vec::new(),
         }
     }
@@ -242,9 +259,10 @@ impl Cockpit {
                 tools.learn.show(ui, &mut desk);
             });
         }
-        // Last, so that these bars, which come and go, move nothing but the edge of the view.
-        self.fault.show(root, stage, intents);
-        away::show(root, stage, view, intents);
+        // These bars come and go: they lie over the view, and nothing moves.
+        self.free = root.available_rect_before_wrap();
+        self.fault.show(root, &mut self.free, stage, intents);
+        away::show(root, &mut self.free, stage, view, intents);
         self.opened = opened.to_owned();
     }
 }

@@ -3,12 +3,16 @@
 use std::ops::ControlFlow;
 use std::time::Duration;
 
+use glam::{DVec2, DVec3};
+
 use crate::actions::{Act, Hold, Lasts, binding};
 use crate::app::session::Session;
 use crate::app::speed::{Sample, Speed, SpeedSetting};
 use crate::clock::FrameClock;
 use crate::input::{Input, InputFrame, Key};
 use crate::stage::Stage;
+use crate::view::View;
+use crate::view::camera::Camera;
 
 /// Shortest time between two frames, s: vertical sync does not pace every display.
 pub const SHORTEST_FRAME_S: f64 = 0.004;
@@ -18,6 +22,19 @@ const SETTLING_FRAMES: u32 = 3;
 
 /// Records a frame before it is done: its session, its end, s, and its input.
 pub type Record<'a> = dyn FnMut(&mut Session, f64, &[Input]) + 'a;
+
+/// Time in which the camera comes to a scene that was opened, s.
+const EASE_S: f64 = 1.2;
+
+/// Degrees that it turns meanwhile.
+const EASE_DEGREES: DVec2 = DVec2::new(14.0, 4.0);
+
+/// The way of the camera to its place: it stays there from the first input on.
+struct Ease {
+    to: Camera,
+    pivot: DVec3,
+    left_s: f64,
+}
 
 /// Input that waits for the next frame, and when that is due. Times are in seconds since the start of the shell's clock.
 pub struct FrameLoop {
@@ -32,6 +49,9 @@ pub struct FrameLoop {
     unsettled: u32,
     /// Whether the shell has waited since the last frame, because nothing changed.
     rested: bool,
+    /// Whether a scene was opened in the last frame.
+    comes: bool,
+    ease: Option<Ease>,
     speed: Speed,
 }
 
@@ -44,6 +64,8 @@ impl Default for FrameLoop {
             last: None,
             unsettled: SETTLING_FRAMES,
             rested: false,
+            comes: false,
+            ease: None,
             speed: Speed::default(),
         }
     }
@@ -76,7 +98,7 @@ impl FrameLoop {
 
     /// When the next frame is due; infinite if nothing changes before there is input. Two frames are at least `shortest` apart, s.
     pub fn due(&mut self, session: &mut Session, now: f64, shortest: f64) -> f64 {
-        let is_unsettled = self.unsettled > 0 || !self.events.is_empty();
+        let is_unsettled = self.unsettled > 0 || !self.events.is_empty() || self.ease.is_some();
         let changes_in = if is_unsettled { 0.0 } else { session.changes_in_s() };
         let due = self.last.map_or(now, |last| last + changes_in.max(shortest));
         self.rested |= due > now && changes_in > 0.0;
@@ -99,15 +121,43 @@ impl FrameLoop {
             self.advance(session, before, Vec::new(), clock, record.as_deref_mut());
         }
         let events = std::mem::take(&mut self.events);
+        self.end_ease(session, &events);
         self.advance(session, now, events, clock, record);
+        self.ease(session, self.last.map_or(0.0, |last| now - last));
         self.last = Some(now);
         // As a key, so that a recording has it; an open question would take the key.
-        if session.view.has_bars()
-            && !session.asks()
-            && std::mem::take(&mut session.opened)
-            && session.view.should_be_framed(&session.stage)
-        {
-            self.press(Act::Frame);
+        if session.view.has_bars() && !session.asks() && std::mem::take(&mut session.opened) {
+            self.comes = true;
+            if session.view.should_be_framed(&session.stage) {
+                self.press(Act::Frame);
+            }
+        }
+    }
+
+    /// Puts the camera to its place if a person does something, as if it had been there from the start.
+    fn end_ease(&mut self, session: &mut Session, events: &[Input]) {
+        let is_move = |event: &Input| matches!(event, Input::At(_) | Input::Mouse(..));
+        if let Some(ease) = self.ease.take_if(|_| !events.iter().all(is_move)) {
+            session.view.camera = ease.to;
+        }
+    }
+
+    /// Brings the camera nearer to its place, or begins to. A lesson may measure the camera, so there it stands.
+    fn ease(&mut self, session: &mut Session, frame_s: f64) {
+        if std::mem::take(&mut self.comes) && session.tools.learn.lesson().is_none() {
+            let pivot = View::middle(&session.stage);
+            self.ease = pivot.map(|pivot| Ease {
+                to: session.view.camera,
+                pivot,
+                left_s: EASE_S + frame_s,
+            });
+        }
+        let Some(Ease { to, pivot, left_s }) = self.ease.take() else { return };
+        let left_s = left_s - frame_s;
+        session.view.camera = to;
+        if left_s > 0.0 {
+            session.view.camera.orbit(pivot, EASE_DEGREES * (left_s / EASE_S).powi(3));
+            self.ease = Some(Ease { to, pivot, left_s });
         }
     }
 

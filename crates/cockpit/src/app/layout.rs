@@ -12,6 +12,7 @@ use crate::tools::tool::Desk;
 use crate::tools::{Tools, learn};
 use crate::view::card::{self, Selected};
 use crate::view::{View, hud, marks};
+use crate::words::plain;
 
 /// Distance from the bottom of the view to the welcome card, points: below what the scene shows.
 const WELCOME_ABOVE: f32 = 56.0;
@@ -80,6 +81,7 @@ pub(super) fn lay_out(
     }
     let painter = context.layer_painter(LayerId::new(egui::Order::Background, Id::unique("hud")));
     let painter = painter.with_clip_rect(ui.view);
+    let free = if docks { ui.cockpit.free } else { ui.view };
     let has_all = words == Words::All;
     let mut taken = if has_all { hud::places(&painter, stage, view) } else { Vec::new() };
     if let Some(marked) = tools.learn.marked(stage, view) {
@@ -102,7 +104,7 @@ pub(super) fn lay_out(
         let lesson = tools.learn.caption().filter(|_| ui.shows(Panel::Learn));
         let words = lesson.or_else(|| stage.caption.clone());
         let words = words.unwrap_or_else(|| stage.sim().scene.description.clone());
-        hud::caption(&painter, stage, view, &words);
+        hud::caption(&painter.with_clip_rect(free), stage, view, &words);
     }
     view.write_pull(stage, &painter);
     if view.is_own_look(stage) {
@@ -144,7 +146,8 @@ fn ask(context: &egui::Context, question: &Question, scene: &str, file: &str) ->
                 (format!("Delete all {count}"), Answer::All),
                 ("Keep it".to_owned(), Answer::Cancel),
             ];
-            let words = format!("{name} is one of the {count} bodies that {} makes.", entry.path());
+            let words =
+                format!("{name} is one of the {count} bodies that {} makes.", plain(&entry.path()));
             (words, alone.into_iter().chain(others).collect())
         }
     };

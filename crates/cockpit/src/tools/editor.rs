@@ -14,6 +14,7 @@ use egui::{Align2, CollapsingHeader, Painter, Rect, RichText, TextEdit, Ui};
 use glam::DVec3;
 use motion::{PhysicsBody, Substeps, TimeStep};
 use render::Frame;
+use report::numbers::{capital, rounded};
 use scene::{Scene, TextEdit as SceneEdit};
 
 use self::document::Document;
@@ -31,6 +32,7 @@ use crate::tools::tool::{Anchor, Desk, Tool};
 use crate::view::inks;
 use crate::view::marks::FAULT;
 use crate::view::{Mode, View};
+use crate::words::{label, plain};
 
 /// Size of an added object, as a fraction of its distance.
 const SIZE: f64 = 0.015;
@@ -180,8 +182,13 @@ impl Editor {
             {
                 self.spring_ends = is_joining.then(Vec::new);
             }
-            let text = "(position_m: (0.0, 0.0, 0.0), strength_m3_s2: 100.0, softening_m: 1.0)";
             if ui.button("Well").on_hover_text("attracts every body, as 1/r²").clicked() {
+                let Place { at, size, .. } = place(desk.stage, desk.view);
+                let strength = rounded_1_2_5(WELL * size.powi(3));
+                let text = format!(
+                    "(position_m: {}, strength_m3_s2: {strength:?}, softening_m: {size:?})",
+                    triple(at)
+                );
                 desk.intents.push(Intent::Rewrite(
                     vec![SceneEdit::add("wells", text)],
                     selected_path(desk.stage),
@@ -216,7 +223,7 @@ impl Editor {
         let (path, scene) = (entry.path(), &desk.stage.sim().scene);
         ui.horizontal_wrapped(|ui| {
             ui.strong(if entry.bodies.len() > 1 && entry.list != "soft_bodies" {
-                format!("{name}: one of {} of {path}", entry.bodies.len())
+                format!("{name}: one of {} of {}", entry.bodies.len(), plain(&path))
             } else {
                 name
             });
@@ -238,7 +245,9 @@ impl Editor {
             {
                 let apart = scene.apart(&path);
                 match apart.is_empty() {
-                    true => self.error = Some(format!("{path} has more than 1000 bodies")),
+                    true => {
+                        self.error = Some(format!("{} has more than 1000 bodies", plain(&path)))
+                    }
                     false => desk.intents.push(Intent::Rewrite(apart, None)),
                 }
             }
@@ -283,7 +292,7 @@ impl Editor {
     /// Lays out the sections of the scene.
     fn sections(&mut self, ui: &mut Ui, scene: &Scene, view: &View, changes: &mut Vec<SceneEdit>) {
         for key in self.form.sections() {
-            CollapsingHeader::new(form::label(key).0).id_salt(("group", key)).show(ui, |ui| {
+            CollapsingHeader::new(capital(&label(key).0)).id_salt(("group", key)).show(ui, |ui| {
                 ui.horizontal(|ui| {
                     if ui.button("Remove").clicked() {
                         changes.push(SceneEdit::Set {
@@ -325,7 +334,7 @@ impl Editor {
             if count == 0 {
                 continue;
             }
-            let title = format!("{list}: {count}");
+            let title = capital(&format!("{list}: {count}"));
             CollapsingHeader::new(title).id_salt(("list", list)).show(ui, |ui| {
                 let titles = self.form.titles(scene, list).to_vec();
                 for (index, title) in titles.into_iter().enumerate() {
@@ -528,10 +537,13 @@ fn place(stage: &Stage, view: &mut View) -> Place {
     }
 }
 
+/// Strength of an added well whose softening is 1 m, m³/s²: a body at ten times that circles it in 20 s.
+const WELL: f64 = 100.0;
+
 /// Rounds to 1, 2 or 5 times a power of ten.
 fn rounded_1_2_5(number: f64) -> f64 {
     let power = 10.0_f64.powf(number.log10().floor());
     let mantissa =
         [1.0, 2.0, 5.0, 10.0].into_iter().find(|mantissa| number < mantissa * 1.4 * power);
-    report::numbers::rounded(mantissa.unwrap_or(10.0) * power, 2)
+    rounded(mantissa.unwrap_or(10.0) * power, 2)
 }

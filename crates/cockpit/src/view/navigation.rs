@@ -90,6 +90,11 @@ impl View {
         self.camera.position = pivot + away.normalize_or_zero() * wanted;
     }
 
+    /// The middle of the selection, or of all that moves, m.
+    pub(crate) fn middle(stage: &Stage) -> Option<DVec3> {
+        extent(stage).map(|(middle, _)| middle)
+    }
+
     /// Puts the selection, or all that moves, into the middle of the view, without turning the camera.
     pub(crate) fn frame(&mut self, stage: &Stage) {
         let Some((middle, radius)) = extent(stage) else { return };

@@ -1,7 +1,13 @@
 //! The dock at the right: a tab per role, with the selection or a section for every tool.
 
 use egui::style::ScrollAnimation;
-use egui::{Align, Button, CollapsingHeader, Response, Role, ScrollArea, Ui, WidgetInfo};
+use egui::text::{LayoutJob, TextFormat};
+use egui::{
+    Align, Button, CollapsingHeader, Color32, Response, Role, ScrollArea, TextStyle, Ui, Vec2,
+    WidgetInfo,
+};
+use motion::effects::{self, Effect, EffectState};
+use report::numbers::capital;
 
 use crate::actions::Act;
 use crate::app::focus::{frame_if_lesson_names, reveal_focus};
@@ -12,6 +18,10 @@ use crate::tools::Tools;
 use crate::tools::tool::Desk;
 use crate::view::View;
 use crate::view::card::{self, Selected};
+use crate::view::hud::bodies;
+
+/// Height of a tile, points: three lines.
+const TILE: f32 = 58.0;
 
 /// The panels whose sections are open.
 pub(super) struct OpenPanels<'a> {
@@ -33,8 +43,10 @@ pub(super) fn show(
     let first = tabs(ui, tab);
     ui.separator();
     ScrollArea::vertical().id_salt(*tab as usize).auto_shrink(false).show(ui, |ui| {
-        if *tab == Tab::Look {
-            selection(ui, stage, view);
+        match *tab {
+            Tab::Look => selection(ui, stage, view),
+            Tab::Measure => questions(ui, opened, intents),
+            Tab::Build | Tab::Past => {}
         }
         let mut sections: Vec<_> =
             tools.each().filter(|(panel, _)| panel.tab() == Some(*tab)).collect();
@@ -97,8 +109,55 @@ fn selection(ui: &mut Ui, stage: &Stage, view: &View) {
             card::dock_lines(ui, &selected, stage.sim().method(), &view.viewpoint());
         });
     } else {
-        ui.weak("Click a body to select it.");
+        scene(ui, stage);
     }
+}
+
+/// Lays out what the scene shows, and what acts in it.
+fn scene(ui: &mut Ui, stage: &Stage) {
+    ui.strong(capital(&stage.sim().scene.name.replace('_', " ")));
+    ui.label(&stage.sim().scene.description);
+    let world = &stage.sim().world;
+    let on = |effect: &Effect| effects::state(world, *effect) == EffectState::On;
+    let names: Vec<_> =
+        Effect::ALL.into_iter().filter(on).map(|effect| effect.name().replace('_', " ")).collect();
+    let acting = match &names[..] {
+        [] => "No force acts".to_owned(),
+        [one] => format!("{} at work", capital(one)),
+        [rest @ .., last] => format!("{} and {last} at work", capital(&rest.join(", "))),
+    };
+    ui.label(format!("{acting}; {}.", bodies(stage)));
+    ui.weak("Click a body to see its numbers.");
+}
+
+/// What is asked most, and the panel that answers.
+const QUESTIONS: [(Panel, &str, &str); 3] = [
+    (Panel::Ghosts, "How accurate?", "all methods beside a fine run"),
+    (Panel::Cost, "What does it cost?", "error against time"),
+    (Panel::Forecast, "Does it hold?", "how near to breaking"),
+];
+
+/// Lays out a tile per question, which opens its panel.
+fn questions(ui: &mut Ui, opened: &[Panel], intents: &mut Vec<Intent>) {
+    ui.columns(QUESTIONS.len(), |columns| {
+        for ((panel, question, answer), ui) in QUESTIONS.into_iter().zip(columns) {
+            let mut words = LayoutJob::default();
+            let strong = ui.visuals().strong_text_color();
+            let font = TextStyle::Body.resolve(ui.style());
+            words.append(question, 0.0, TextFormat::simple(font.clone(), strong));
+            // The button gives it a color that is read on its own.
+            let usual = TextFormat::simple(font, Color32::PLACEHOLDER);
+            words.append(&format!("\n{answer}"), 0.0, usual);
+            let size = Vec2::new(ui.available_width(), TILE);
+            let tile = Button::selectable(opened.contains(&panel), words).wrap().min_size(size);
+            let tile = ui.add(tile.corner_radius(4.0).stroke(ui.visuals().window_stroke));
+            tile.widget_info(|| WidgetInfo::labeled(Role::Button, true, question));
+            if tile.on_hover_text(panel.row().what).clicked() {
+                intents.push(Intent::Act(Act::Panel(panel)));
+            }
+        }
+    });
+    ui.add_space(4.0);
 }
 
 /// Lets contents that are wider than the dock scroll; wraps text at its width.

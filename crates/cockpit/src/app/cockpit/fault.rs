@@ -1,12 +1,13 @@
 //! The bar that says what went wrong, with buttons for its cures; it stays until it is dismissed.
 
-use egui::{Panel as Side, RichText, Ui};
+use egui::{Rect, RichText, Ui};
 use lab::cost::Setting;
 use motion::{Method, MutualGravity, Substeps};
 use report::numbers::digits;
 use scene::unsolvable;
 
 use crate::actions::Act;
+use crate::app::cockpit::bar;
 use crate::intent::Intent;
 use crate::stage::Stage;
 use crate::tools::forecast;
@@ -30,8 +31,14 @@ struct Cure {
 }
 
 impl FaultBar {
-    /// Lays out the bar at the bottom of `root`, if something went wrong.
-    pub fn show(&mut self, root: &mut Ui, stage: &mut Stage, intents: &mut Vec<Intent>) {
+    /// Lays out the bar at the bottom of what is `free` of the view, if something went wrong.
+    pub fn show(
+        &mut self,
+        root: &Ui,
+        free: &mut Rect,
+        stage: &mut Stage,
+        intents: &mut Vec<Intent>,
+    ) {
         let Some(fault) = stage.recorder().fault().cloned() else {
             *self = Self::default();
             return;
@@ -51,39 +58,33 @@ impl FaultBar {
             return;
         }
         let (good, at) = (stage.recorder().last_good(), stage.times().words(fault.tick));
-        Side::bottom("fault").show(root, |ui| {
-            ui.horizontal_wrapped(|ui| {
-                let color = inks::words(ui.visuals(), FAULT);
-                let words = format!("At {at}: {}.", plainly(&fault.what));
-                ui.label(RichText::new(words).color(color)).on_hover_text(&fault.what);
-                if let Some(good) = good.filter(|good| *good != stage.sim().ticks())
-                    && ui.button("Last good tick").clicked()
-                {
-                    intents.push(Intent::Seek(good));
+        bar(root, "fault", free, |ui| {
+            let color = inks::words(ui.visuals(), FAULT);
+            let words = format!("At {at}: {}.", plainly(&fault.what));
+            ui.label(RichText::new(words).color(color)).on_hover_text(&fault.what);
+            if let Some(good) = good.filter(|good| *good != stage.sim().ticks())
+                && ui.button("Last good tick").clicked()
+            {
+                intents.push(Intent::Seek(good));
+            }
+            for Cure { setting, words, why } in &self.cures {
+                let button = ui.add_enabled(*setting != stage.setting(), egui::Button::new(words));
+                if button.on_hover_text(*why).clicked() {
+                    intents.push(Intent::ApplySetting(*setting));
                 }
-                for Cure { setting, words, why } in &self.cures {
-                    let button =
-                        ui.add_enabled(*setting != stage.setting(), egui::Button::new(words));
-                    if button.on_hover_text(*why).clicked() {
-                        intents.push(Intent::ApplySetting(*setting));
-                    }
-                }
-                if ui
-                    .button("Save bundle")
-                    .on_hover_text("one file that repeats the run (Ctrl+S)")
-                    .clicked()
-                {
-                    intents.push(Intent::SaveBundle);
-                }
-                if ui
-                    .button("Reset to start")
-                    .on_hover_text("the scene from its start (F1)")
-                    .clicked()
-                {
-                    intents.push(Intent::Act(Act::ResetWorld));
-                }
-                self.dismissed = ui.button("Dismiss").clicked();
-            });
+            }
+            if ui
+                .button("Save bundle")
+                .on_hover_text("one file that repeats the run (Ctrl+S)")
+                .clicked()
+            {
+                intents.push(Intent::SaveBundle);
+            }
+            if ui.button("Reset to start").on_hover_text("the scene from its start (F1)").clicked()
+            {
+                intents.push(Intent::Act(Act::ResetWorld));
+            }
+            self.dismissed = ui.button("Dismiss").clicked();
         });
     }
 }

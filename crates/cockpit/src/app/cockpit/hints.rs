@@ -1,7 +1,7 @@
 //! The line at the bottom: what the mouse does now and, if there is room, the size and the speed of the run.
 
 use egui::{Align, Label, Layout, RichText, Role, Ui, WidgetInfo};
-use report::numbers::digits;
+use report::numbers::{digits, duration};
 
 use crate::app::cockpit::toolbar;
 use crate::intent::Intent;
@@ -68,11 +68,8 @@ pub(super) fn show(
 fn state(stage: &Stage, view: &View) -> String {
     let measured =
         view.measured.filter(|_| !stage.playback().paused()).map_or(String::new(), |measured| {
-            format!(
-                "   tick {:.1} us   {:.0} frames/s",
-                measured.tick * 1e6,
-                measured.frames_per_second
-            )
+            let tick = duration(1e9 * measured.tick, 3);
+            format!("   tick {tick}   {:.0} frames/s", measured.frames_per_second)
         });
     format!("{}   {}{measured}", bodies(stage), toolbar::rate(stage))
 }

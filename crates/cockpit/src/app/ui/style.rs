@@ -124,7 +124,7 @@ impl Ui {
 
 #[cfg(test)]
 mod tests {
-    use std::collections::BTreeSet;
+    use std::collections::{BTreeMap, BTreeSet};
     use std::fs;
     use std::path::Path;
 
@@ -138,6 +138,7 @@ mod tests {
     use crate::input::{Input, InputFrame};
     use crate::panels::Tab;
     use crate::stage::options::Options;
+    use crate::view::hud::SIZE;
     use crate::view::inks::{WORDS, contrast};
 
     /// The shapes that a layout paints, in order.
@@ -266,10 +267,44 @@ mod tests {
     }
 
     #[test]
+    fn no_panel_shows_an_identifier() {
+        let mut seen = 0;
+        for shipped in scene::shipped() {
+            let scene = shipped.load().expect("it is shipped");
+            // Large scenes show the words of small ones, and take long.
+            if scene.bodies.len() > 3000 {
+                continue;
+            }
+            let ids = 0..u32::try_from(scene.bodies.len()).expect("there are few");
+            let names = ids.filter_map(|id| scene.names.get(id));
+            let names: Vec<_> = names.filter(|name| name.contains('_')).collect();
+            for tab in Tab::ALL {
+                for (words, ..) in painted(shipped.name, &["next_body"], tab).words {
+                    let is_named = names.iter().any(|name| words.contains(&**name));
+                    let is_file = words.ends_with(".ron") || words.ends_with(shipped.name);
+                    let has = |part| words.contains(part);
+                    let is_plain = !["_", "[", "--", "w h", ", line "].into_iter().any(has);
+                    let is_value = tab == Tab::Build && words.starts_with(['[', '(']);
+                    assert!(
+                        is_plain || is_named || is_file || is_value,
+                        "{}: {words:?}",
+                        shipped.name
+                    );
+                    seen += 1;
+                }
+            }
+        }
+        assert!(seen > 5000, "{seen}");
+    }
+
+    #[test]
     fn words_have_at_most_three_sizes() {
         let painted = Tab::ALL.map(|tab| painted("bridge", &["help"], tab));
         let words = painted.iter().flat_map(|painted| &painted.words);
-        let sizes: BTreeSet<_> = words.map(|(_, _, _, size)| format!("{size}")).collect();
+        // Words over the picture have a size of their own.
+        let in_panels = words.filter(|(_, _, _, size)| *size != SIZE);
+        let sizes: BTreeMap<_, _> =
+            in_panels.map(|(words, _, _, size)| (format!("{size}"), words)).collect();
         assert!(sizes.len() <= 3, "{sizes:?}");
     }
 

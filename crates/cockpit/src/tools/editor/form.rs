@@ -3,40 +3,22 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use egui::{ComboBox, Grid, Response, TextEdit, Ui};
+use egui::{Align, ComboBox, Grid, Layout, Response, TextEdit, Ui};
 use motion::{DampingModel, Method};
+use report::numbers::{capital, rounded};
 use scene::{Field, Kind, Scene, TextEdit as Change, Value};
 
 use crate::tools::number::{count_field, number_field};
+use crate::words::{label, plain};
 
 /// Lists whose entries have no body to be selected by.
 pub(super) const LISTS: [&str; 4] = ["wells", "thrusts", "emitters", "springs"];
 
+/// Width of fields for text, points.
+const FIELD: f32 = 200.0;
+
 /// Greatest number of entries of a list that are shown.
 pub(super) const TITLES: usize = 50;
-
-/// Endings of keys that have a unit, longer ones first, and the unit.
-const UNITS: [(&str, &str); 19] = [
-    ("_m3_kg_s2", "m³/(kg s²)"),
-    ("_m3_s2", "m³/s²"),
-    ("_m_s2", "m/s²"),
-    ("_n_s_m", "N s/m"),
-    ("_m_s", "m/s"),
-    ("_n_m", "N/m"),
-    ("_rad_s", "rad/s"),
-    ("_per_s", "1/s"),
-    ("_per_m", "1/m"),
-    ("_deg", "°"),
-    ("_rad", "rad"),
-    ("_kg_s", "kg/s"),
-    ("_kg_m", "kg/m"),
-    ("_m2", "m²"),
-    ("_kg", "kg"),
-    ("_hz", "Hz"),
-    ("_m", "m"),
-    ("_s", "s"),
-    ("_n", "N"),
-];
 
 /// First values of added keys, where their kind does not determine one.
 const BEGINNINGS: [(&str, &str); 20] = [
@@ -204,7 +186,9 @@ impl Form {
             for Row { field, edited } in rows.iter_mut() {
                 let (Some(value), Some(edited)) = (&field.value, edited) else { continue };
                 let (words, unit) = label(field.key);
-                ui.label(words).on_hover_text(field.key);
+                ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                    ui.weak(words).on_hover_text(field.key);
+                });
                 let name = format!("{path} {}", field.key);
                 if widget(ui, &name, field.key, unit, edited)
                     && edited != value
@@ -224,13 +208,6 @@ impl Form {
             }
         });
     }
-}
-
-/// A key without its unit, in words, and the unit.
-pub(super) fn label(key: &str) -> (String, &'static str) {
-    let unit = UNITS.iter().find_map(|(end, unit)| Some((key.strip_suffix(end)?, *unit)));
-    let (words, unit) = unit.filter(|(words, _)| !words.is_empty()).unwrap_or((key, ""));
-    (words.replace('_', " "), unit)
 }
 
 fn beginning(field: &Field, scene: &Scene) -> String {
@@ -260,6 +237,7 @@ fn widget(ui: &mut Ui, name: &str, key: &str, unit: &str, value: &mut Value) -> 
         Value::Flag(flag) => ui.checkbox(flag, "").changed(),
         Value::Count(count) => done(count_field(ui, count, 0.0..=MOST_COUNT, "")),
         Value::Number(number) => done(drag(ui, number, &format!(" {unit}"))),
+        Value::Numbers(numbers) if key == "color" => color(ui, numbers),
         Value::Numbers(numbers) => {
             ui.horizontal(|ui| {
                 ui.spacing_mut().item_spacing.x = 2.0;
@@ -271,13 +249,13 @@ fn widget(ui: &mut Ui, name: &str, key: &str, unit: &str, value: &mut Value) -> 
             })
             .inner
         }
-        Value::Text(text) => done(ui.add(TextEdit::singleline(text).desired_width(140.0))),
+        Value::Text(text) => done(ui.add(TextEdit::singleline(text).desired_width(FIELD))),
         Value::Written(written) if key == "shape" => shape(ui, name, written),
         Value::Written(written) => {
             let words = words(key);
             if words.is_empty() {
                 return done(
-                    ui.add(TextEdit::singleline(written).code_editor().desired_width(180.0)),
+                    ui.add(TextEdit::singleline(written).code_editor().desired_width(FIELD)),
                 );
             }
             let before = written.clone();
@@ -292,6 +270,18 @@ fn widget(ui: &mut Ui, name: &str, key: &str, unit: &str, value: &mut Value) -> 
             before != *written
         }
     }
+}
+
+/// Lays out a color to pick. It is finished once no button is down.
+fn color(ui: &mut Ui, numbers: &mut [f64]) -> bool {
+    let before = [0, 1, 2].map(|channel| (255.0 * numbers[channel]).round() as u8);
+    let mut picked = before;
+    ui.color_edit_button_srgb(&mut picked);
+    if picked != before {
+        let number = |channel: &u8| rounded(f64::from(*channel) / 255.0, 3);
+        numbers.iter_mut().zip(&picked).for_each(|(to, channel)| *to = number(channel));
+    }
+    ui.input(|input| !input.pointer.any_down())
 }
 
 /// Lays out the kind of a shape. Another kind keeps the size, which has its own row.
@@ -328,7 +318,8 @@ fn title(path: &str, fields: &[Field]) -> String {
         fields.iter().find(|field| field.key == key)?.value.as_ref().map(ToString::to_string)
     };
     let what = ["name", "between", "body", "position_m"].into_iter().find_map(of);
-    what.map_or_else(|| path.to_owned(), |what| format!("{path} {}", what.replace('"', "")))
+    let path = capital(&plain(path));
+    what.map_or_else(|| path.clone(), |what| format!("{path}: {}", what.replace('"', "")))
 }
 
 #[cfg(test)]

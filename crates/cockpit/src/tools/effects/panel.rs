@@ -11,6 +11,7 @@ use crate::input::SwitchedBy;
 use crate::intent::Intent;
 use crate::tools::tool::Desk;
 use crate::view::hud::mouse_hint;
+use crate::words::plain;
 
 /// Number of columns in the dock.
 const NARROW: usize = 5;
@@ -25,12 +26,12 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>, rows: &[ReceiptLine], measu
     mouse_hint(ui, desk.view);
     // The dock is not wide enough for a column of causes: there, the causes are below the names.
     let narrow = desk.dock_width.is_some();
-    let headings = ["", "bodies", "evals", "ns/step", "share", "bytes", "because"];
+    let headings = ["", "bodies", "evaluations", "ns", "share", "bytes", "because"];
     let columns = if narrow { NARROW } else { headings.len() };
     let gap = if narrow { 8.0 } else { 10.0 };
     Grid::new("effects").num_columns(columns).striped(true).spacing([gap, 2.0]).show(ui, |ui| {
         for heading in &headings[..columns] {
-            ui.weak(*heading);
+            ui.weak(*heading).on_hover_text("per step");
         }
         ui.end_row();
         for row in rows {
@@ -45,19 +46,23 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>, rows: &[ReceiptLine], measu
                 match row.effect {
                     Some(effect) => {
                         let declared = row.state != EffectState::NotDeclared;
-                        let box_ = ui.add_enabled(declared, egui::Checkbox::new(&mut on, row.name));
+                        let box_ =
+                            ui.add_enabled(declared, egui::Checkbox::new(&mut on, plain(row.name)));
                         if box_.on_hover_text(hint).changed() {
                             let switch = Change::request(Request::Switch(effect, on));
                             desk.intents.push(Intent::Change(switch, SwitchedBy::Panel));
                         }
                     }
                     None => {
-                        ui.add_enabled(on, egui::Label::new(row.name).extend()).on_hover_text(hint);
+                        ui.add_enabled(on, egui::Label::new(plain(row.name)).extend())
+                            .on_hover_text(hint);
                     }
                 }
                 if let Some(because) = row.because.as_deref().filter(|_| narrow) {
                     ui.set_max_width(NAME);
-                    ui.add(egui::Label::new(RichText::new(because).size(CAUSE).weak()).wrap());
+                    ui.add(
+                        egui::Label::new(RichText::new(plain(because)).size(CAUSE).weak()).wrap(),
+                    );
                 }
             });
             let number = |on: bool, text: String| if on { text } else { String::new() };
@@ -71,13 +76,13 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>, rows: &[ReceiptLine], measu
             if !narrow {
                 ui.label(number(row.bytes > 0, row.bytes.to_string()));
                 match row.because {
-                    Some(_) => ui.label(because),
+                    Some(_) => ui.label(plain(because)),
                     None => ui.weak(because),
                 };
             }
             ui.end_row();
         }
     });
-    let button = ui.add_enabled(!measures, Button::new("measure"));
+    let button = ui.add_enabled(!measures, Button::new("Measure"));
     button.on_hover_text("runs a copy of the scene with and without each effect").clicked()
 }

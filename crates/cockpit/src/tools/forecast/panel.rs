@@ -9,6 +9,7 @@ use report::{ForecastRow, Instrument, growth, tried_in_words};
 use crate::view::hud::as_in_picture;
 use crate::view::inks;
 use crate::view::springs::margin_color;
+use crate::words::plain;
 
 /// Most rows that are listed.
 const MOST_ROWS: usize = 14;
@@ -44,10 +45,10 @@ fn sentence(rows: &[ForecastRow]) -> String {
             "nothing here can become unstable: no springs, damping, drag, wells or mutual gravity"
                 .to_owned()
         }
-        ([fault], ..) => format!("{}: {}", fault.verdict(), fault.element),
+        ([fault], ..) => format!("{}: {}", fault.verdict(), plain(&fault.element)),
         ([_, ..], ..) => format!("{} parts have a fault", faults.len()),
         ([], _, Some(seconds)) => format!("holds for {} s", digits(seconds)),
-        ([], Some(row), None) => format!("{}: {}", row.verdict(), row.element),
+        ([], Some(row), None) => format!("{}: {}", row.verdict(), plain(&row.element)),
     }
 }
 
@@ -58,30 +59,33 @@ fn part(ui: &mut Ui, row: &ForecastRow) {
         Instrument::Margin(margin) => of_margin(ui, row, margin),
         Instrument::Trial(tried) => {
             ui.horizontal_wrapped(|ui| {
-                ui.label(&row.element);
-                ui.monospace(row.verdict());
+                ui.label(plain(&row.element));
+                ui.strong(row.verdict());
             });
             if tried.verdict != Verdict::Holds {
-                ui.label(row.finding());
+                ui.label(plain(&row.finding()));
             }
             ui.weak(format!("trial: {}", tried_in_words(tried)));
         }
     }
     if !row.cure_words.is_empty() {
         let color = inks::words(ui.visuals(), CURE);
-        ui.label(RichText::new(&row.cure_words).color(color).strong());
+        ui.label(RichText::new(plain(&row.cure_words)).color(color).strong());
     }
 }
 
 fn of_margin(ui: &mut Ui, row: &ForecastRow, margin: &Margin) {
-    let limit = match margin.limit {
+    let how_near = match margin.limit {
+        limit if limit > 0.0 && limit.is_finite() && !row.is_listed() => {
+            format!("{:.0} % of its limit", 100.0 * margin.ratio())
+        }
+        f64::INFINITY => "no limit".to_owned(),
         0.0 => "never stable".to_owned(),
-        limit if limit.is_infinite() => "no limit".to_owned(),
-        limit => format!("of {}", digits(limit)),
+        _ => row.verdict().to_owned(),
     };
     ui.horizontal_wrapped(|ui| {
-        ui.label(&row.element);
-        ui.monospace(format!("{} {limit}", row.value()));
+        ui.label(plain(&row.element));
+        ui.strong(how_near).on_hover_text(format!("{}, {}", row.value(), row.finding()));
     });
     bar(ui, margin.ratio());
     let substeps =

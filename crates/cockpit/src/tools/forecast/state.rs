@@ -11,6 +11,7 @@ use report::ForecastRow;
 
 use crate::stage::Stage;
 use crate::stage::notices::Topic;
+use crate::words::plain;
 
 /// How long margins are shown before they are computed again, s: speeds and distances change all the time.
 pub(super) const FRESH_S: f64 = 0.25;
@@ -115,7 +116,8 @@ impl Forecast {
         self.at_start.extend(self.tried.iter().filter(|row| row.is_listed()).cloned());
         ForecastRow::arrange(&mut self.at_start);
         if let Some(worst) = self.at_start.iter().find(|row| row.is_fault()) {
-            stage.notices.say(Topic::Forecast, format!("{}: {}", worst.verdict(), worst.line()));
+            let words = plain(&format!("{}: {}", worst.verdict(), worst.line()));
+            stage.notices.say(Topic::Forecast, words);
         }
     }
 

@@ -11,6 +11,7 @@ use crate::tools::ghosts::state::{GhostLabel, GhostRow, GhostState, Ghosts, Twin
 use crate::tools::tool::Desk;
 use crate::view::Mode;
 use crate::view::hud::{SIZE, THIN, plate_size, point, swatch, text};
+use crate::words::plain;
 
 /// Radius of the dot before a label, points.
 const DOT: f32 = 4.5;
@@ -75,7 +76,15 @@ pub(super) fn show(ui: &mut Ui, ghosts: &mut Ghosts, desk: &Desk<'_>) {
         ui.set_max_width(WIDTH);
         for row in &rows {
             if let Some(why) = trouble(row) {
-                ui.weak(format!("{}: {why}", ink_of(row, solid).short));
+                let words = match why.split_once(" was quarantined at ") {
+                    Some((body, when)) => {
+                        let when = when.split(':').next().unwrap_or_default();
+                        format!("{body} was thrown out at {when}")
+                    }
+                    None => plain(why),
+                };
+                let method = row.method.map_or("reference", |method| method.claims().title);
+                ui.weak(format!("{method}: {words}")).on_hover_text(why);
             }
         }
     });

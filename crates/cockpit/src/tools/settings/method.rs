@@ -47,7 +47,7 @@ fn promises(ui: &mut Ui, claims: &Claims) {
         let evaluations =
             [claims.evaluations, claims.evaluations_with_velocity_laws].map(|n| n.to_string());
         row("evaluations", &evaluations[0], &evaluations[1]);
-        row("stable", &stable(claims), "");
+        row("stable", &stable(claims).replace("w h", "ω h"), "");
         let conserves = [claims.symplectic, claims.reversible].map(yes_or_no).join(", ");
         row("symplectic, reversible", &conserves, "");
     });
