@@ -997,9 +997,11 @@ fn a_control_with_the_keyboard_takes_the_keys_that_move_on_and_press_and_no_othe
 #[test]
 fn tab_passes_every_control_in_sight_of_all_tools_and_frames_it() {
     let everywhere = ["Step", "Help", "tutorial", "coincident points", "Look", "Past"];
-    for (opens, names) in
-        [("Tab", ["Settings", "Moon"]), ("E", ["Effects", "measure"]), ("Y", ["Graphs", "Measure"])]
-    {
+    for (opens, names) in [
+        ("Tab", ["Settings", "Moon"]),
+        ("E", ["Effects", "Measure costs"]),
+        ("Y", ["Graphs", "Measure"]),
+    ] {
         let passed = passed(opens);
         for name in everywhere.into_iter().chain(names) {
             assert!(
@@ -1158,7 +1160,7 @@ fn a_damaged_arrangement_does_no_other_action() {
         "quit on\nreset_world on\ntoggle_gravity on\nnext_scene on\ntoggle_ghosts on",
         "toggle_theme yes\n toggle_dock off\ntoggle_cockpit\nlarger many\nsmaller -3\n\u{0}\u{fffd}",
         &usual[..usual.len() / 2],
-        "toggle_dock on\ntoggle_dock off\n",
+        "toggle_theme off\ntoggle_theme on\n",
     ];
     for text in damaged {
         let mut drive = arranged(text, [1280, 720]);

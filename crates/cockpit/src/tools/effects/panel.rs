@@ -26,12 +26,12 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>, rows: &[ReceiptLine], measu
     mouse_hint(ui, desk.view);
     // The dock is not wide enough for a column of causes: there, the causes are below the names.
     let narrow = desk.dock_width.is_some();
-    let headings = ["", "bodies", "evaluations", "ns", "share", "bytes", "because"];
+    let headings = ["", "bodies", "calls", "ns", "share", "bytes", "because"];
     let columns = if narrow { NARROW } else { headings.len() };
     let gap = if narrow { 8.0 } else { 10.0 };
     Grid::new("effects").num_columns(columns).striped(true).spacing([gap, 2.0]).show(ui, |ui| {
         for heading in &headings[..columns] {
-            ui.weak(*heading).on_hover_text("per step");
+            ui.weak(*heading).on_hover_text("calls of the law, and their time, per step");
         }
         ui.end_row();
         for row in rows {
@@ -83,6 +83,6 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>, rows: &[ReceiptLine], measu
             ui.end_row();
         }
     });
-    let button = ui.add_enabled(!measures, Button::new("Measure"));
+    let button = ui.add_enabled(!measures, Button::new("Measure costs"));
     button.on_hover_text("runs a copy of the scene with and without each effect").clicked()
 }
