@@ -32,7 +32,8 @@ fn light_reaching(position: vec3f, normal: vec3f, facing_light: f32) -> f32 {
     }
     let uv = ndc.xy * vec2f(0.5, -0.5) + 0.5;
     let depth = ndc.z - 0.0001;
-    let step = 0.5 * globals.shadow_map.x;
+    // Wider where light is soft.
+    let step = select(0.5, 1.25, globals.picture.w > 0.0) * globals.shadow_map.x;
     var lit = textureSampleCompareLevel(shadow_map, shadow_sampler, uv + vec2f(-step, -step), depth);
     lit += textureSampleCompareLevel(shadow_map, shadow_sampler, uv + vec2f(step, -step), depth);
     lit += textureSampleCompareLevel(shadow_map, shadow_sampler, uv + vec2f(-step, step), depth);

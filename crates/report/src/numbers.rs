@@ -211,6 +211,15 @@ pub fn length(meters: f64, digits: usize) -> String {
     in_units(meters, digits, if no_name { &[METER] } else { &LENGTHS })
 }
 
+/// A length in m with all of its digits, also zeros: in a column that changes, it keeps its width.
+pub fn steady_length(meters: f64, digits: u8) -> String {
+    let text = length(meters, digits.into());
+    match text.split_once(' ').map(|(number, unit)| (number.parse(), unit)) {
+        Some((Ok(number), unit)) => format!("{} {unit}", significant(number, digits, 1e-3..1e6)),
+        _ => text,
+    }
+}
+
 /// The unit for lengths up to `meters` in a drawing, and its length in meters: meters, kilometers or astronomical
 /// units.
 pub fn length_unit(meters: f64) -> (&'static str, f64) {
@@ -325,6 +334,16 @@ mod tests {
             assert_eq!(four_digits(value), expected);
         }
         assert_eq!([signed(2.5), signed(-2.5), signed(0.0)], ["+2.500", "-2.500", "0"]);
+    }
+
+    #[test]
+    fn steady_lengths_keep_their_digits() {
+        let of = |meters: f64| steady_length(meters, 3);
+        assert_eq!(
+            [of(0.012), of(1.0), of(7.2e-3), of(0.0)],
+            ["1.20 cm", "1.00 m", "7.20 mm", "0 m"]
+        );
+        assert_eq!([of(3.036e-4), of(f64::NAN)], ["0.304 mm", "-"]);
     }
 
     #[test]

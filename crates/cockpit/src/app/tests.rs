@@ -10,6 +10,7 @@ use motion::{Gravity, Method, Orientation, PhysicsBody, Request, SoftBody};
 use scene::{Action, ChangeAction, InputAction, Scene};
 
 use crate::actions::Act;
+use crate::app::frame_loop::FrameLoop;
 use crate::app::session::Session;
 use crate::clock::FrameClock;
 use crate::input::{Input, InputFrame, SwitchedBy};
@@ -37,6 +38,36 @@ fn the_clock_shown_is_the_scenes() {
     session.open(scene);
     close(shown(&mut session), 0.1);
     close(session.stage.sim().seconds(), 0.4);
+}
+
+#[test]
+fn the_camera_of_an_opened_scene_comes_to_its_place_and_is_there_at_the_first_key() {
+    let place = |presses_at: f64| {
+        let scene = scene::load("orbit").expect("it is shipped");
+        let mut session =
+            Session::new(scene, Options { size_px: [1280, 720], ..Options::default() });
+        let mut frames = FrameLoop::default();
+        frames.events.push(Input::Arrange(String::new()));
+        session.opened = true;
+        let mut places = Vec::new();
+        for frame in 0..100 {
+            let now = f64::from(frame) * 0.02;
+            if (now - presses_at).abs() < 0.01 {
+                frames.press(Act::Trails);
+            }
+            frames.frame(&mut session, &|| now, None);
+            places.push(session.view.camera.position);
+        }
+        places
+    };
+    let (whole, cut) = (place(f64::INFINITY), place(0.5));
+    let end = whole[99];
+    assert_eq!(end, scene::load("orbit").expect("it is shipped").camera.position);
+    assert!(whole[5].distance(end) > 1.0);
+    // It slows down, and goes no farther.
+    let off: Vec<_> = whole[5..].iter().map(|place| place.distance(end)).collect();
+    assert!(off.is_sorted_by(|before, after| before >= after), "{off:?}");
+    assert!(cut[24].distance(end) > 0.1 && cut[25..].iter().all(|place| *place == end));
 }
 
 #[test]

@@ -42,6 +42,8 @@ pub struct Bench {
     scales: Option<Scales>,
     timings: Timings,
     jobs: Jobs<Job, CurrentRun>,
+    /// The runs of the next comparison so far, by their cells: making one of a large scene takes as long as its ticks.
+    made: Vec<(usize, Box<dyn Runner>)>,
     /// Thread CPU time that may be spent, s; below 0 after a piece that took longer than the rest of it.
     credit: f64,
 }
@@ -143,6 +145,7 @@ impl Bench {
             scales: None,
             timings: Timings::default(),
             jobs: Jobs::default(),
+            made: Vec::new(),
             credit: 0.0,
         };
         bench.plan_jobs(rungs);
@@ -322,7 +325,11 @@ impl Bench {
                     .ok()
             }
             Job::Errors(from, to) => {
-                self.compare(from..to).map(|runs| CurrentRun::Comparison(Box::new(runs)))
+                if self.make_one(from..to) {
+                    self.jobs.waiting.push_front(job);
+                    return true;
+                }
+                self.compare().map(|runs| CurrentRun::Comparison(Box::new(runs)))
             }
             Job::Time(timing) => {
                 let Self { timings, study, subject, plan, make, clock, .. } = self;
@@ -371,36 +378,42 @@ impl Bench {
         }
     }
 
-    /// Starts the runs of those cells that were not run yet, beside the truth; `None` if there are no such cells, or
-    /// the truth is not known.
-    fn compare(&mut self, cells: Range<usize>) -> Option<Comparison> {
-        let scales = self.scales?;
-        let mut runs = Vec::new();
-        let mut ticks = self.subject.ticks;
-        let mut target = self.reference().map(|run| Target::run(&self.subject, run));
-        for at in cells.filter(|at| !self.study.cells[*at].is_run()).collect::<Vec<_>>() {
-            let setting = self.study.cells[at].setting;
+    /// Makes the run of the first of those cells that was neither run nor made. Returns whether there was one.
+    fn make_one(&mut self, cells: Range<usize>) -> bool {
+        let is_made = |at: usize| self.made.iter().any(|(cell, _)| *cell == at);
+        let waits = |at: &usize| !self.study.cells[*at].is_run() && !is_made(*at);
+        let Some(at) = cells.into_iter().find(waits).filter(|_| self.scales.is_some()) else {
+            return false;
+        };
+        let setting = self.study.cells[at].setting;
+        let made = match self.subject.exact() {
             // A closed form is known at every step, so each step becomes a tick.
-            let closed =
-                self.subject.exact().map(|(exact, _)| (exact, self.subject.by_steps(setting)));
-            let (subject, inner) = match &closed {
-                Some((exact, (subject, inner))) => {
-                    target = Some(Target::closed(subject, *exact));
-                    ticks = subject.ticks;
-                    (subject, *inner)
-                }
-                None => (&self.subject, setting),
-            };
-            match (self.make)(subject, inner, Host::World) {
-                Ok(run) => runs.push((at, run)),
-                Err(failure) => self.study.cells[at].outcome = Outcome::Failed(failure),
+            Some(_) => {
+                let (subject, inner) = self.subject.by_steps(setting);
+                (self.make)(&subject, inner, Host::World)
             }
+            None => (self.make)(&self.subject, setting, Host::World),
+        };
+        match made {
+            Ok(run) => self.made.push((at, run)),
+            Err(failure) => self.study.cells[at].outcome = Outcome::Failed(failure),
         }
-        if runs.is_empty() {
-            return None;
-        }
+        true
+    }
+
+    /// Starts the runs that were made, beside the truth; `None` if there are none, or the truth is not known.
+    fn compare(&mut self) -> Option<Comparison> {
+        let runs = std::mem::take(&mut self.made);
+        let (at, _) = runs.first()?;
+        let (target, ticks) = match self.subject.exact() {
+            Some((exact, _)) => {
+                let (subject, _) = self.subject.by_steps(self.study.cells[*at].setting);
+                (Target::closed(&subject, exact), subject.ticks)
+            }
+            None => (Target::run(&self.subject, self.reference()?), self.subject.ticks),
+        };
         let period = self.subject.problem.and_then(|problem| problem.period);
-        Some(Comparison::new(target?, period, scales, runs, ticks))
+        Some(Comparison::new(target, period, self.scales?, runs, ticks))
     }
 
     fn finish_reference(&mut self, substeps: u32, run: Reference) {

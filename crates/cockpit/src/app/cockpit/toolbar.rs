@@ -105,7 +105,8 @@ pub(super) fn show(
             (Act::ToggleDock, ("🛠", "Tools"), dock),
             (Act::Panel(Panel::Help), ("❓", "Help"), false),
         ];
-        for (action, words, on) in list {
+        // Help is about keys, which a phone does not have.
+        for (action, words, on) in list.into_iter().take(if named { 4 } else { 3 }) {
             act(ui, intents, action, words, on, width >= ROOM_FOR_WORDS);
         }
         scenes

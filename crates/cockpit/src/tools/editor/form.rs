@@ -1,5 +1,6 @@
 //! The keys of a group of the scene's text as rows with a field each.
 
+use std::borrow::Cow;
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -21,7 +22,7 @@ const FIELD: f32 = 200.0;
 pub(super) const TITLES: usize = 50;
 
 /// First values of added keys, where their kind does not determine one.
-const BEGINNINGS: [(&str, &str); 20] = [
+const BEGINNINGS: [(&str, &str); 19] = [
     ("color", "(1.0, 1.0, 1.0)"),
     ("shape", "sphere(radius_m: 1.0)"),
     ("half_extents_m", "(1.0, 1.0, 1.0)"),
@@ -30,7 +31,6 @@ const BEGINNINGS: [(&str, &str); 20] = [
     ("curve", "polynomial([(0.0, 10.0, 0.0)])"),
     ("locked_axes", "[y]"),
     ("pinned", "[]"),
-    ("bodies", "[]"),
     ("gravity", "(acceleration_m_s2: (0.0, -9.8, 0.0))"),
     ("damping", "(model: exact, rate_per_s: 0.4)"),
     ("drag", "(linear_per_s: 0.1)"),
@@ -190,7 +190,7 @@ impl Form {
                     ui.weak(words).on_hover_text(field.key);
                 });
                 let name = format!("{path} {}", field.key);
-                if widget(ui, &name, field.key, unit, edited)
+                if widget(ui, scene, [&name, field.key, unit], edited)
                     && edited != value
                     && self.canceled == 0
                 {
@@ -214,6 +214,10 @@ fn beginning(field: &Field, scene: &Scene) -> String {
     let known = BEGINNINGS.iter().find(|(key, _)| *key == field.key);
     match field.kind {
         _ if field.key == "name" => Value::Text(scene.fresh_name("body")).to_string(),
+        _ if matches!(field.key, "body" | "rides_on") => {
+            Value::Text(bodies(scene).next().unwrap_or_default()).to_string()
+        }
+        _ if field.key == "bodies" => format!("{:?}", bodies(scene).take(1).collect::<Vec<_>>()),
         _ if field.key == "method" => scene.method.name().to_owned(),
         _ if known.is_some() => known.map_or_else(String::new, |(_, text)| (*text).to_owned()),
         Kind::Flag => "true".to_owned(),
@@ -231,7 +235,7 @@ fn beginning(field: &Field, scene: &Scene) -> String {
 const MOST_COUNT: f64 = 9_007_199_254_740_992.0;
 
 /// Lays out a widget for a value. Returns whether the person has finished changing it.
-fn widget(ui: &mut Ui, name: &str, key: &str, unit: &str, value: &mut Value) -> bool {
+fn widget(ui: &mut Ui, scene: &Scene, [name, key, unit]: [&str; 3], value: &mut Value) -> bool {
     let done = |response: Response| response.drag_stopped() || response.lost_focus();
     match value {
         Value::Flag(flag) => ui.checkbox(flag, "").changed(),
@@ -249,8 +253,37 @@ fn widget(ui: &mut Ui, name: &str, key: &str, unit: &str, value: &mut Value) -> 
             })
             .inner
         }
+        Value::Text(text) if matches!(key, "body" | "rides_on") => body(ui, name, scene, text),
         Value::Text(text) => done(ui.add(TextEdit::singleline(text).desired_width(FIELD))),
         Value::Written(written) if key == "shape" => shape(ui, name, written),
+        Value::Written(written) if key == "between" && quoted(written).len() == 2 => {
+            let mut ends = quoted(written);
+            let mut one =
+                |i: usize, ui: &mut Ui| body(ui, &format!("{name} {i}"), scene, &mut ends[i]);
+            let picked = ui.horizontal(|ui| one(0, ui) | one(1, ui)).inner;
+            if picked {
+                *written = format!("({:?}, {:?})", ends[0], ends[1]);
+            }
+            picked
+        }
+        Value::Written(written) if key == "bodies" => {
+            let mut chosen = quoted(written);
+            let before = chosen.len();
+            ui.menu_button(format!("{before} picked"), |ui| {
+                for other in bodies(scene) {
+                    let mut is_chosen = chosen.contains(&other);
+                    if ui.checkbox(&mut is_chosen, &other).changed() {
+                        chosen.retain(|name| *name != other);
+                        chosen.extend(is_chosen.then_some(other));
+                    }
+                }
+            });
+            let is_other = chosen.len() != before;
+            if is_other {
+                *written = format!("{chosen:?}");
+            }
+            is_other
+        }
         Value::Written(written) => {
             let words = words(key);
             if words.is_empty() {
@@ -270,6 +303,30 @@ fn widget(ui: &mut Ui, name: &str, key: &str, unit: &str, value: &mut Value) -> 
             before != *written
         }
     }
+}
+
+/// Greatest number of bodies in a list to pick from.
+const PICKED: u32 = 200;
+
+/// The names of the first bodies of a scene.
+fn bodies(scene: &Scene) -> impl Iterator<Item = String> {
+    (0..PICKED).map_while(|id| scene.names.get(id)).map(Cow::into_owned)
+}
+
+/// The texts in quotes.
+fn quoted(written: &str) -> Vec<String> {
+    written.split('"').skip(1).step_by(2).map(str::to_owned).collect()
+}
+
+/// Lays out a list of bodies to pick one from.
+fn body(ui: &mut Ui, name: &str, scene: &Scene, picked: &mut String) -> bool {
+    let before = picked.clone();
+    ComboBox::from_id_salt(name).selected_text(&*before).height(400.0).show_ui(ui, |ui| {
+        for other in bodies(scene) {
+            ui.selectable_value(picked, other.clone(), other);
+        }
+    });
+    before != *picked
 }
 
 /// Lays out a color to pick. It is finished once no button is down.

@@ -1,10 +1,11 @@
 //! The ghosts panel, with the color, the distances and the visibility of each method, and the distance labels in the picture.
 
 use egui::{
-    Align2, Color32, FontId, Grid, Painter, Pos2, Rect, RichText, Stroke, TextStyle, Ui, Vec2,
+    Align, Align2, Color32, FontId, Grid, Layout, Painter, Pos2, Rect, RichText, Stroke, TextStyle,
+    Ui, Vec2,
 };
 use motion::Method;
-use report::numbers::length;
+use report::numbers::steady_length;
 use report::{Ink, REFERENCE_INK, ink};
 
 use crate::tools::ghosts::state::{GhostLabel, GhostRow, GhostState, Ghosts, Twins, subject};
@@ -124,8 +125,9 @@ fn name(row: &GhostRow, words: Words) -> String {
 /// The three distances of the row, as text.
 fn distances(row: &GhostRow, words: Words) -> [String; 3] {
     let digits = if words == Words::Whole { 3 } else { 2 };
-    let written =
-        |distance: Option<f64>| distance.map_or_else(String::new, |meters| length(meters, digits));
+    let written = |distance: Option<f64>| {
+        distance.map_or_else(String::new, |meters| steady_length(meters, digits))
+    };
     let now = match &row.state {
         GhostState::Failed(_) => "failed".to_owned(),
         GhostState::Unsolvable(_) => "cannot".to_owned(),
@@ -176,11 +178,10 @@ fn line(
         }
     });
     for (number, text) in distances(row, words).into_iter().enumerate().take(numbers) {
-        if number == 0 && !there {
-            ui.weak(text)
-        } else {
-            ui.label(text)
-        };
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| match number {
+            0 if !there => ui.weak(text),
+            _ => ui.label(text),
+        });
     }
 }
 
@@ -224,7 +225,7 @@ pub(super) fn show_labels(
 ) {
     let font = FontId::proportional(SIZE);
     let write = |label: &GhostLabel| {
-        let words = format!("{} {}", label.ink.short, length(label.distance, 3));
+        let words = format!("{} {}", label.ink.short, steady_length(label.distance, 3));
         let size = plate_size(painter, &words, &font);
         (words, (point(painter, label.at), size + Vec2::X * (2.0 * DOT + GAP)))
     };
