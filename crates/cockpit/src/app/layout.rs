@@ -84,6 +84,13 @@ pub(super) fn lay_out(
     let free = if docks { ui.cockpit.free } else { ui.view };
     let has_all = words == Words::All;
     let mut taken = if has_all { hud::places(&painter, stage, view) } else { Vec::new() };
+    // In the cockpit an open lesson says what there is to see.
+    if (docks && !ui.shows(Panel::Learn)) || words == Words::Captions {
+        let lesson = tools.learn.caption().filter(|_| ui.shows(Panel::Learn));
+        let words = lesson.or_else(|| stage.caption.clone());
+        let words = words.unwrap_or_else(|| stage.sim().scene.description.clone());
+        taken.extend(hud::caption(&painter.with_clip_rect(free), stage, view, &words));
+    }
     if let Some(marked) = tools.learn.marked(stage, view) {
         let lines = [(5.0, Color32::from_black_alpha(140)), (2.5, marks::POINTER)];
         marks::ring(&painter, &marked, &lines);
@@ -98,13 +105,6 @@ pub(super) fn lay_out(
     }
     if has_all {
         hud::show(&painter, stage, view);
-    }
-    // In the cockpit an open lesson says what there is to see.
-    if (docks && !ui.shows(Panel::Learn)) || words == Words::Captions {
-        let lesson = tools.learn.caption().filter(|_| ui.shows(Panel::Learn));
-        let words = lesson.or_else(|| stage.caption.clone());
-        let words = words.unwrap_or_else(|| stage.sim().scene.description.clone());
-        hud::caption(&painter.with_clip_rect(free), stage, view, &words);
     }
     view.write_pull(stage, &painter);
     if view.is_own_look(stage) {

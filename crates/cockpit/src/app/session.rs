@@ -562,6 +562,18 @@ impl Session {
         self.has_unsaved_changes().then(|| Arc::clone(&self.stage.sim().scene.text))
     }
 
+    /// The title of a window: the file or the scene, after a dot if it has unsaved changes.
+    #[must_use]
+    pub fn title(&self) -> String {
+        let scene = &self.stage.sim().scene;
+        let file = match &scene.source {
+            Source::File(path) => path.file_name().map(|name| name.to_string_lossy().into_owned()),
+            Source::Shipped(_) | Source::Text => None,
+        };
+        let name = file.unwrap_or_else(|| scene.name.replace('_', " "));
+        format!("{}{name} - Inertia", if self.has_unsaved_changes() { "• " } else { "" })
+    }
+
     /// Carries out `order`, which leaves the scene. Asks first if there are unsaved changes.
     pub fn leave(&mut self, order: Order) {
         if self.has_unsaved_changes() {

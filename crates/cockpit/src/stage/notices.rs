@@ -110,9 +110,11 @@ impl Notices {
         self.shown.iter().map(|notice| notice.until.unwrap_or(now)).fold(f64::INFINITY, f64::min)
     }
 
-    /// The texts that are shown in the picture; with bars, one of them tells of faults.
+    /// The texts that are shown in the picture. With bars, one of them tells of faults, and of what was forecast then.
     pub(crate) fn in_picture(&self, has_bars: bool) -> impl Iterator<Item = &str> {
-        let shown = self.shown.iter().filter(move |it| !has_bars || it.topic != Topic::Fault);
+        let is_told = self.shown.iter().any(|it| it.topic == Topic::Fault);
+        let in_bar = move |topic| topic == Topic::Fault || (is_told && topic == Topic::Forecast);
+        let shown = self.shown.iter().filter(move |it| !has_bars || !in_bar(it.topic));
         shown.map(|notice| notice.text.as_str())
     }
 

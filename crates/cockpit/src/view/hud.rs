@@ -21,7 +21,7 @@ pub(crate) const THIN: Color32 = Color32::from_rgb(235, 235, 235);
 const WARNING: Color32 = Color32::from_rgb(255, 200, 90);
 
 /// The ground of words in the picture: so dark that they have a contrast of 4.5 to it on the brightest sky.
-pub(super) const PLATE: Color32 = Color32::from_rgba_unmultiplied_const(20, 24, 30, 208);
+pub(crate) const PLATE: Color32 = Color32::from_rgba_unmultiplied_const(20, 24, 30, 208);
 
 /// Space around words on a plate, as multiples of their size.
 const PADDING: Vec2 = Vec2::new(0.43, 0.18);
@@ -95,21 +95,27 @@ pub(crate) fn show(painter: &Painter, stage: &Stage, view: &View) {
     }
 }
 
-/// Writes `words` at the bottom and, into pictures without bars, the time of the scene and a scale bar at the top.
-pub(crate) fn caption(painter: &Painter, stage: &Stage, view: &View, words: &str) {
+/// Writes `words` at the bottom and, into pictures without bars, the time of the scene and a scale bar at the top. Returns where
+/// words are.
+pub(crate) fn caption(painter: &Painter, stage: &Stage, view: &View, words: &str) -> Vec<Rect> {
     let font = FontId::proportional(if view.has_bars() { SIZE } else { caption_size(painter) });
     let write = |percent, anchor, words: &str| {
-        text(painter, at(painter, percent), anchor, words, font.clone(), Color32::WHITE);
+        text(painter, at(painter, percent), anchor, words, font.clone(), Color32::WHITE)
     };
+    let mut places = Vec::new();
     let widest = (NOTICE_WIDTH * painter.clip_rect().width()).min(WIDEST * font.size);
-    let lines = wrapped(painter, words, &font, widest);
-    write(Vec2::new(2.0, 98.0), Align2::LEFT_BOTTOM, &lines);
+    if !words.is_empty() {
+        let lines = wrapped(painter, words, &font, widest);
+        places.push(write(Vec2::new(2.0, 98.0), Align2::LEFT_BOTTOM, &lines));
+    }
     if !view.has_bars() {
         let seconds = stage.sim().world.resource::<StepClock>().scene_seconds();
         let step = stage.sim().world.resource::<TimeStep>().0;
-        write(Vec2::new(2.0, 3.0), Align2::LEFT_TOP, &format!("t = {}", scene_time(seconds, step)));
+        let time = format!("t = {}", scene_time(seconds, step));
+        places.push(write(Vec2::new(2.0, 3.0), Align2::LEFT_TOP, &time));
         scale_bar(painter, stage, view, &font);
     }
+    places
 }
 
 /// Widest line of a caption, as a multiple of the size of its words.

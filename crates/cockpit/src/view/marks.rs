@@ -96,9 +96,7 @@ fn words(
     let screen = painter.clip_rect();
     let is_free = |(at, side): &(Pos2, Align2)| {
         let place = side.anchor_size(*at, size);
-        screen.x_range().contains(place.left())
-            && screen.x_range().contains(place.right())
-            && !taken.iter().any(|other| other.intersects(place))
+        screen.contains_rect(place) && !taken.iter().any(|other| other.intersects(place))
     };
     let (at, side) = places.clone().find(is_free).or_else(|| places.next().filter(|_| needed))?;
     if (at.x - middle.x).abs() > reach + GAP + 1.0 {

@@ -48,6 +48,9 @@ const MARK_PX: f64 = 3.0;
 /// Opacity of bodies that the ground hides.
 const HIDDEN: f32 = 0.25;
 
+/// Opacity of the marked one of them: it keeps its color.
+const MARKED: f32 = 0.6;
+
 /// Depth in the ground from which on a body counts as hidden, as a share of its half height. Rounding may put a resting body
 /// slightly below the ground.
 const BELOW: f32 = 1e-3;
@@ -168,8 +171,8 @@ impl View {
                 ys[i] - reach < ground.height_m - BELOW * reach
             });
             if is_hidden {
-                let [r, g, b, _] = if is_marked { OUTLINE } else { [r, g, b, 1.0] };
-                let hidden = Instance { surface: 0, color: [r, g, b, HIDDEN], ..instance };
+                let alpha = if is_marked { MARKED } else { HIDDEN };
+                let hidden = Instance { surface: 0, color: [r, g, b, alpha], ..instance };
                 add_translucent(frame, shape, hidden);
             }
         }
@@ -198,9 +201,10 @@ impl View {
                 }
                 (Some(_), Some(_)) => {}
                 (None, Some(crossing)) => {
-                    let color = if is_marked { OUTLINE } else { [*r, *g, *b, 1.0] };
+                    let alpha = if is_marked { MARKED } else { HIDDEN };
+                    let color = [*r, *g, *b, 1.0];
                     let hidden =
-                        disc(position * (crossing * NEARER), radius_m * crossing, color, HIDDEN);
+                        disc(position * (crossing * NEARER), radius_m * crossing, color, alpha);
                     frame.translucent.particles.push(hidden);
                 }
                 (None, None) => {

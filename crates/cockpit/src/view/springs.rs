@@ -295,17 +295,22 @@ fn shaded_blades(surface: &BladeSurface, blades: &Blades, color: [f32; 4]) -> Su
 }
 
 /// Adds a cord of length `rest`: straight if it is stretched, else hanging down between its ends as a parabola of about that
-/// length.
+/// length, and where one end is above the other sideways as well, by a fifth of what is slack.
 fn add_cord(frame: &mut Frame, [from, to]: [Vec3; 2], rest: f64, color: [f32; 4]) {
     const PARTS: u16 = 16;
     let along = to - from;
     #[expect(clippy::cast_possible_truncation, reason = "pixels are f32")]
-    let over = (rest * rest) as f32 - along.length_squared();
+    let rest = rest as f32;
+    let over = rest * rest - along.length_squared();
     // For small sags s the length is `d + 8 s² / (3 d)`; with no distance d, s is nearly half the length.
     let sag = if over > 0.0 { (3.0 * over).sqrt() / 4.0 } else { 0.0 };
+    let across = |v: Vec3| along.try_normalize().map_or(v, |axis| v.reject_from_normalized(axis));
+    let (down, slack) = (across(Vec3::NEG_Y), rest - along.length());
+    let aside = across(Vec3::X).normalize_or(Vec3::Z) * (0.2 * slack * (1.0 - down.length()));
+    let bow = down * sag + aside;
     let point = |number: u16| {
         let share = f32::from(number) / f32::from(PARTS);
-        from + along * share - Vec3::Y * (4.0 * sag * share * (1.0 - share))
+        from + along * share + bow * (4.0 * share * (1.0 - share))
     };
     let parts = if sag > 0.0 { PARTS } else { 1 };
     let ends = (0..parts).map(|part| [part, part + 1].map(|end| point(end * (PARTS / parts))));

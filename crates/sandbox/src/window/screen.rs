@@ -21,6 +21,8 @@ pub(super) struct Screen {
     pub surface: render::Screen,
     /// The clipboard, the input method, the screen reader and the shape of the pointer.
     pub platform: egui_winit::State,
+    /// What the window is titled.
+    title: String,
     /// How often the device was lost.
     lost: u32,
 }
@@ -58,7 +60,7 @@ impl Screen {
         let display = event_loop.owned_display_handle();
         let screen = draw_into(&window, &display)?;
         eprintln!("drawing with {}", screen.gpu.info);
-        Ok(Self { window, display, surface: screen, platform, lost: 0 })
+        Ok(Self { window, display, surface: screen, platform, title: String::new(), lost: 0 })
     }
 
     /// Draws the session. Returns `false` if there was nothing to draw on. Opens another device in place of one that is lost.
@@ -84,6 +86,11 @@ impl Screen {
     /// Lets the system do what the panels ask for. `held`: whether the pointer is hidden and held.
     pub fn carry_out(&mut self, session: &mut Session, held: bool) {
         let Some(mut requests) = session.take_requests() else { return };
+        let title = session.title();
+        if title != self.title {
+            self.window.set_title(&title);
+            self.title = title;
+        }
         if held {
             requests.cursor_icon = egui::CursorIcon::None;
         }

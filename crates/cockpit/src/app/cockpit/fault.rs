@@ -3,7 +3,7 @@
 use egui::{Rect, RichText, Ui};
 use lab::cost::Setting;
 use motion::{Method, MutualGravity, Substeps};
-use report::numbers::digits;
+use report::numbers::number;
 use scene::unsolvable;
 
 use crate::actions::Act;
@@ -94,7 +94,8 @@ const EXPLODED_J: f64 = 1e9;
 
 /// What happened, with numbers as people read them.
 fn plainly(what: &str) -> String {
-    let plain = |word: &str| word.parse().map_or_else(|_| word.to_owned(), digits);
+    let plain =
+        |word: &str| word.parse().map_or_else(|_| word.to_owned(), |value| number(value, 3));
     match what.split(' ').filter_map(|word| word.parse().ok()).fold(0.0, f64::max) {
         EXPLODED_J.. => "the energy exploded".to_owned(),
         _ => what.split(' ').map(plain).collect::<Vec<_>>().join(" "),
@@ -147,7 +148,7 @@ mod tests {
         let created = |joules: &str| {
             format!("the method created {joules} J of energy from here on; the run had 4.870e1 J")
         };
-        assert_eq!(plainly(&created("1.235e2")), created("123.5").replace("4.870e1", "48.7"));
+        assert_eq!(plainly(&created("1.235e2")), created("124").replace("4.870e1", "48.7"));
         assert_eq!(plainly(&created("7.401e224")), "the energy exploded");
     }
 }

@@ -138,7 +138,7 @@ mod tests {
     use crate::input::{Input, InputFrame};
     use crate::panels::Tab;
     use crate::stage::options::Options;
-    use crate::view::hud::SIZE;
+    use crate::view::hud::{PLATE, SIZE};
     use crate::view::inks::{WORDS, contrast};
 
     /// The shapes that a layout paints, in order.
@@ -151,6 +151,15 @@ mod tests {
     }
 
     impl Painted {
+        fn of(ui: &Ui) -> Self {
+            let ground = ui.context.global_style().visuals.panel_fill;
+            let mut painted = Self::default();
+            for shape in &ui.output.as_ref().expect("it was laid out").shapes {
+                painted.add(&shape.shape, shape.clip_rect, ground, ui.view);
+            }
+            painted
+        }
+
         fn add(&mut self, shape: &Shape, clip: Rect, ground: Color32, view: Rect) {
             match shape {
                 Shape::Vec(shapes) => {
@@ -211,13 +220,37 @@ mod tests {
             session
                 .advance(&InputFrame::from_iter(events), clock.advance_by(0.02).expect("a time"));
         }
-        let ui = &session.ui;
-        let ground = ui.context.global_style().visuals.panel_fill;
-        let mut painted = Painted::default();
-        for shape in &ui.output.as_ref().expect("it was laid out").shapes {
-            painted.add(&shape.shape, shape.clip_rect, ground, ui.view);
+        Painted::of(&session.ui)
+    }
+
+    #[test]
+    fn plates_over_the_picture_never_overlap() {
+        let mut seen = 0;
+        for shipped in scene::shipped() {
+            for size_px in [[1024, 600], [1280, 720], [1920, 1080], [390, 844]] {
+                let scene = shipped.load().expect("it is shipped");
+                let options = Options { size_px, ..Options::default() };
+                let mut session = Session::new(scene, options);
+                let mut clock = FrameClock::default();
+                for word in ["toggle_cockpit", "next_body", "frame", "pause", "", ""] {
+                    let key = key_of_word(word).ok();
+                    let events = key.into_iter();
+                    let events =
+                        events.flat_map(|key| [Input::KeyDown(key.clone()), Input::KeyUp(key)]);
+                    let time = clock.advance_by(0.5).expect("a time");
+                    session.advance(&InputFrame::from_iter(events), time);
+                }
+                let areas = Painted::of(&session.ui).areas;
+                let plates = areas.iter().filter(|(_, fill)| *fill == PLATE).map(|(area, _)| *area);
+                let plates: Vec<_> = plates.map(|area| area.shrink(0.5)).collect();
+                for (i, plate) in plates.iter().enumerate() {
+                    let other = plates[..i].iter().find(|other| other.intersects(*plate));
+                    assert_eq!(other, None, "{} {size_px:?} {plate}", shipped.name);
+                }
+                seen += plates.len();
+            }
         }
-        painted
+        assert!(seen > 300, "{seen}");
     }
 
     #[test]

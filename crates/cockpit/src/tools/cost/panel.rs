@@ -6,7 +6,7 @@ use egui::{
 };
 use egui_plot::{Line, LineStyle, MarkerShape, Plot, PlotPoint, PlotPoints, PlotUi, Points, VLine};
 use lab::IS_THREAD_TIME;
-use lab::cost::{Accuracy, Cell, Cost, Setting, Study};
+use lab::cost::{Accuracy, Cell, Cost, Outcome, Setting, Study};
 use motion::Method;
 use report::ink;
 use report::numbers::{digits, fold, length, share};
@@ -118,7 +118,12 @@ fn first(ui: &mut Ui, study: &Study, axes: Axes, present: Setting) -> Option<Set
         let Some((mine, error)) =
             mine.and_then(|mine| Some((mine, study.error(mine, axes.accuracy)?)))
         else {
-            ui.weak("Your setting has no error: it is not measured, or fails.");
+            ui.weak(match mine.map(|mine| (mine.is_run(), &mine.outcome)) {
+                Some((false, _)) => "Your setting is measured next.".to_owned(),
+                Some((true, Outcome::Failed(why))) => format!("Your setting fails here: {why}."),
+                Some((true, Outcome::Finished(_))) => "Your setting has no error.".to_owned(),
+                None => "Your setting is not among those that are measured.".to_owned(),
+            });
             return None;
         };
         let cost = study.cost(mine, axes.cost).map_or(String::new(), |cost| match axes.cost {
@@ -181,7 +186,7 @@ const LEAST: f64 = 1e-16;
 fn plot(ui: &mut Ui, study: &Study, axes: Axes, present: Setting, width: f32) -> Option<Setting> {
     let all: Vec<_> =
         Method::ALL.into_iter().flat_map(|method| dots(study, axes, method)).collect();
-    let power =
+    let decade =
         |mark: egui_plot::GridMark, _: &std::ops::RangeInclusive<f64>| match mark.value.fract() {
             0.0 => format!("1e{:.0}", mark.value),
             _ => String::new(),
@@ -215,8 +220,9 @@ fn plot(ui: &mut Ui, study: &Study, axes: Axes, present: Setting, width: f32) ->
             Accuracy::Position => "largest error, m",
             Accuracy::Relative | Accuracy::Velocity => "largest error, relative",
         })
-        .x_axis_formatter(power)
-        .y_axis_formatter(power)
+        .x_axis_formatter(decade)
+        .y_axis_formatter(decade)
+        .show_grid(!all.is_empty())
         .x_grid_spacer(decades)
         .y_grid_spacer(decades)
         .label_formatter(|_| None);

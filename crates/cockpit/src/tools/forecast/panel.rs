@@ -47,7 +47,8 @@ fn sentence(rows: &[ForecastRow]) -> String {
         }
         ([fault], ..) => format!("{}: {}", fault.verdict(), plain(&fault.element)),
         ([_, ..], ..) => format!("{} parts have a fault", faults.len()),
-        ([], _, Some(seconds)) => format!("holds for {} s", digits(seconds)),
+        ([], _, Some(seconds)) if seconds > 0.0 => format!("holds for {} s", digits(seconds)),
+        ([], _, Some(_)) => "being tried".to_owned(),
         ([], Some(row), None) => format!("{}: {}", row.verdict(), plain(&row.element)),
     }
 }

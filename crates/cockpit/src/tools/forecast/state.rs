@@ -8,6 +8,7 @@ use lab::trial::{Ahead, Trial};
 use motion::internals::Groups;
 use motion::margin::Margins;
 use report::ForecastRow;
+use report::numbers::capital;
 
 use crate::stage::Stage;
 use crate::stage::notices::Topic;
@@ -116,7 +117,8 @@ impl Forecast {
         self.at_start.extend(self.tried.iter().filter(|row| row.is_listed()).cloned());
         ForecastRow::arrange(&mut self.at_start);
         if let Some(worst) = self.at_start.iter().find(|row| row.is_fault()) {
-            let words = plain(&format!("{}: {}", worst.verdict(), worst.line()));
+            let words = [worst.verdict(), ": ", &worst.element, ", ", &worst.cure_words].concat();
+            let words = capital(&plain(words.trim_end_matches(", ")));
             stage.notices.say(Topic::Forecast, words);
         }
     }

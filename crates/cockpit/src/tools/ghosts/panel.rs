@@ -1,8 +1,7 @@
 //! The ghosts panel, with the color, the distances and the visibility of each method, and the distance labels in the picture.
 
 use egui::{
-    Align, Align2, Color32, FontId, Grid, Layout, Painter, Pos2, Rect, RichText, Stroke, TextStyle,
-    Ui, Vec2,
+    Align2, Color32, FontId, Grid, Painter, Pos2, Rect, RichText, Stroke, TextStyle, Ui, Vec2,
 };
 use motion::Method;
 use report::numbers::steady_length;
@@ -178,10 +177,10 @@ fn line(
         }
     });
     for (number, text) in distances(row, words).into_iter().enumerate().take(numbers) {
-        ui.with_layout(Layout::right_to_left(Align::Center), |ui| match number {
+        match number {
             0 if !there => ui.weak(text),
             _ => ui.label(text),
-        });
+        };
     }
 }
 
