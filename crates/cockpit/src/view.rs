@@ -163,7 +163,7 @@ impl View {
         if scene.trails != before.trails {
             self.trails = next.trails;
         }
-        self.labels = next.labels;
+        (self.labels, self.lamp) = (next.labels, next.lamp);
         self.locked = None;
         self.forget_world();
     }

@@ -32,26 +32,36 @@ pub(crate) fn label(key: &str) -> (String, &'static str) {
     (words.replace('_', " "), unit)
 }
 
-/// The text with the names in it as people say them: `wells[0], line 13` is "well 1", and `runge_kutta_4` "Runge-Kutta 4".
+/// The text with the names of methods in it as titles: `runge_kutta_4` is "Runge-Kutta 4".
+pub(crate) fn with_titles(text: &str) -> String {
+    by_word(text, str::to_owned)
+}
+
+/// The text with keys, paths and methods in it as people say them: `wells[0], line 13` is "well 1". Not for texts with names
+/// that people gave.
 pub(crate) fn plain(text: &str) -> String {
     let mut parts = text.split(", line ");
     let first = parts.next().unwrap_or_default().to_owned();
-    let text = parts
-        .fold(first, |text, part| text + part.trim_start_matches(|c: char| c.is_ascii_digit()));
-    text.split(' ').map(plain_word).collect::<Vec<_>>().join(" ")
+    let text = parts.fold(first, |text, part| {
+        let rest = part.trim_start_matches(|c: char| c.is_ascii_digit());
+        if rest.len() < part.len() { text + rest } else { text + ", line " + part }
+    });
+    by_word(&text, |name| match name.strip_prefix("--") {
+        Some(flag) => flag.replace('-', " "),
+        None if name.contains('[') => name.split('.').map(place).collect::<Vec<_>>().join(" "),
+        None => name.replace('_', " "),
+    })
 }
 
-fn plain_word(word: &str) -> String {
-    let name = word.trim_end_matches([',', ';', ':', '.']);
-    let end = &word[name.len()..];
-    let method = Method::ALL.into_iter().find(|method| method.name() == name);
-    let plain = match method {
-        Some(method) => method.claims().title.to_owned(),
-        None if name.contains('[') => name.split('.').map(place).collect::<Vec<_>>().join(" "),
-        None if name.starts_with("--") => name[2..].replace('-', " "),
-        None => name.replace('_', " "),
+/// The text with methods as titles, and its other words by `other`.
+fn by_word(text: &str, other: impl Fn(&str) -> String) -> String {
+    let plain = |word: &str| {
+        let name = word.trim_end_matches([',', ';', ':', '.']);
+        let method = Method::ALL.into_iter().find(|method| method.name() == name);
+        let said = method.map_or_else(|| other(name), |method| method.claims().title.to_owned());
+        said + &word[name.len()..]
     };
-    plain + end
+    text.split(' ').map(plain).collect::<Vec<_>>().join(" ")
 }
 
 /// A part of a path, such as `soft_bodies[0]` or `drag_area_m2`.
@@ -78,7 +88,7 @@ mod tests {
             ("method: runge_kutta_4 or yoshida_4", "method: Runge-Kutta 4 or Yoshida 4"),
             ("mutual_gravity", "mutual gravity"),
             ("going back: the window, --black-box", "going back: the window, black box"),
-            ("1.25 s, in line with it", "1.25 s, in line with it"),
+            ("in a row, line up", "in a row, line up"),
         ] {
             assert_eq!(plain(text), words);
         }

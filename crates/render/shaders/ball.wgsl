@@ -6,7 +6,7 @@ const SHINES = 4u;
 // A corner of the quad that just covers a ball.
 struct Corner {
     @builtin(position) clip: vec4f,
-    // From the eye or the light through the corner.
+    // From the eye through the corner.
     @location(0) ray: vec3f,
     @location(1) @interpolate(flat) center_and_radius: vec4f,
     // Of translucent balls as displayed; of opaque ones linear, w: not 0 = it shines.
@@ -73,8 +73,11 @@ fn depth_at(distance: f32) -> f32 {
     return globals.viewport.w * (1.0 / distance - 1.0 / globals.camera_forward.w);
 }
 
-// As good as nothing.
+// Coverage of a pixel that is as good as none.
 const UNSEEN = 0.02;
+
+// Whether the pixels at the edge are drawn, which let through what is behind, or all others, which hide it.
+override edges: bool = false;
 
 @vertex
 fn vs_ball(@builtin(vertex_index) index: u32, body: Body) -> Corner {
@@ -85,7 +88,7 @@ fn vs_ball(@builtin(vertex_index) index: u32, body: Body) -> Corner {
 fn fs_ball(in: Corner) -> Seen {
     let ball = met(in);
     let distance = dot(ball.position, globals.camera_forward.xyz);
-    if ball.coverage < UNSEEN || distance < globals.camera_forward.w {
+    if ball.coverage < UNSEEN || (ball.coverage < 1.0) != edges || distance < globals.camera_forward.w {
         discard;
     }
     var color: vec3f;

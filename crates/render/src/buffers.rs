@@ -72,7 +72,7 @@ impl InstanceBuffer {
 const MOST_SORTED: usize = 10_000;
 
 /// The bodies of one kind. The outlined ones are last, so that each kind is one draw. Nearer ones come before those
-/// that they hide, because hidden pixels need not be shaded; after them, if their edges are blended with what is behind.
+/// that they hide, because hidden pixels need not be shaded.
 pub(crate) struct Bodies {
     pub instances: InstanceBuffer,
     sorted: Vec<Instance>,
@@ -92,12 +92,7 @@ impl Bodies {
         }
     }
 
-    pub fn upload<'a>(
-        &mut self,
-        gpu: &Gpu,
-        rows: impl IntoIterator<Item = &'a Instance>,
-        nearest_first: bool,
-    ) {
+    pub fn upload<'a>(&mut self, gpu: &Gpu, rows: impl IntoIterator<Item = &'a Instance>) {
         self.sorted.clear();
         self.sorted.extend(rows);
         let is_outlined = |row: &Instance| row.surface & OUTLINED != 0;
@@ -107,8 +102,7 @@ impl Bodies {
             // ordered as their bits.
             let distance =
                 || Vec3::from(row.position).length() + Vec3::from(row.half_extents).max_element();
-            let rank = if sorts { distance().to_bits() } else { 0 };
-            (is_outlined(row), if nearest_first { rank } else { !rank })
+            (is_outlined(row), if sorts { distance().to_bits() } else { 0 })
         });
         self.total = self.instances.upload(gpu, &self.sorted);
         self.plain = self.total.min(self.sorted.partition_point(|row| !is_outlined(row)) as u32);

@@ -92,6 +92,8 @@ pub(crate) struct Pipelines {
     pub meshes: BodyPipelines,
     /// Balls that are ray-cast, each within a quad.
     pub balls: BodyPipelines,
+    /// Their edges, drawn after everything that is seen through them.
+    pub ball_edges: wgpu::RenderPipeline,
     pub sky: wgpu::RenderPipeline,
     /// Drawn in place of the sky if there is a ground.
     pub ground: wgpu::RenderPipeline,
@@ -260,8 +262,6 @@ impl Pipelines {
             rows: &BALL_ROWS,
             topology: wgpu::PrimitiveTopology::TriangleStrip,
             cull: None,
-            // Smooth edges.
-            blend: Some(wgpu::BlendState::ALPHA_BLENDING),
             ..bodies
         };
         let overlay = Drawing {
@@ -297,14 +297,22 @@ impl Pipelines {
             ),
             balls: kind(
                 balls,
+                Drawing { vertex: "vs_ball_shadow", fragment: Some("fs_ball_shadow"), ..balls },
                 Drawing {
-                    vertex: "vs_ball_shadow",
-                    fragment: Some("fs_ball_shadow"),
-                    blend: None,
+                    vertex: "vs_ball_outline",
+                    fragment: Some("fs_ball_outline"),
+                    blend: Some(wgpu::BlendState::ALPHA_BLENDING),
                     ..balls
                 },
-                Drawing { vertex: "vs_ball_outline", fragment: Some("fs_ball_outline"), ..balls },
             ),
+            ball_edges: Drawing {
+                label: "ball edges",
+                constants: &[srgb, ("edges", 1.0)],
+                writes_depth: false,
+                blend: Some(wgpu::BlendState::ALPHA_BLENDING),
+                ..balls
+            }
+            .pipeline(device, &picture, to),
             ground: Drawing {
                 label: "ground",
                 shader: &ground,

@@ -1,4 +1,5 @@
-//! Draws a frame: shadow map, bodies and surfaces, sky, outlines, particles, sprites, translucent bodies, lines, panels.
+//! Draws a frame: shadow map, bodies and surfaces, sky, outlines, edges of balls, particles, sprites, translucent bodies, lines,
+//! panels.
 
 use std::ops::Range;
 
@@ -194,9 +195,9 @@ impl Renderer {
             radius_px < small_px * Vec3::from(ball.position).dot(forward).abs()
         };
         let (large, small) = frame.spheres.iter().partition::<Vec<_>, _>(|ball| !is_small(ball));
-        self.cuboids.upload(gpu, &frame.cuboids, true);
-        self.spheres.upload(gpu, large, !self.is_round);
-        self.small_spheres.upload(gpu, small, true);
+        self.cuboids.upload(gpu, &frame.cuboids);
+        self.spheres.upload(gpu, large);
+        self.small_spheres.upload(gpu, small);
         let (globals_layout, shadow_layout) = (&self.globals_layout, &self.shadow_map.layout);
         let to = &self.destination;
         if self.surfaces.is_some() || !frame.surfaces.is_empty() {
@@ -339,6 +340,7 @@ impl Renderer {
         let Pipelines { meshes, balls, .. } = &self.pipelines;
         let plain = |bodies: &Bodies| 0..bodies.plain;
         self.draw_meshes(&mut pass, &meshes.body, plain);
+        self.draw_balls(&mut pass, &balls.body, plain);
         if let Some(surfaces) = &self.surfaces {
             surfaces.draw_plain(&mut pass);
         }
@@ -350,8 +352,6 @@ impl Renderer {
             pass.set_pipeline(pipeline);
             pass.draw(0..3, 0..1);
         }
-        // Their edges are blended with what is behind.
-        self.draw_balls(&mut pass, &balls.body, plain);
         // The outlines write no depth, so they come after everything that they cover and before the bodies that they
         // surround.
         let outlined = |bodies: &Bodies| bodies.plain..bodies.total;
@@ -364,6 +364,7 @@ impl Renderer {
         if let Some(surfaces) = &self.surfaces {
             surfaces.draw_outlined(&mut pass);
         }
+        self.draw_balls(&mut pass, &self.pipelines.ball_edges, |bodies| 0..bodies.total);
         self.particles.draw_quads(&mut pass, &self.pipelines.particle, 0..particles);
         self.sprites.draw_quads(&mut pass, &self.pipelines.sprite, 0..sprites);
         if let Some(layer) = &frame.layer {

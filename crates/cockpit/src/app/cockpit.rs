@@ -39,7 +39,7 @@ const WIDEST_DOCK: f32 = 10_000.0;
 fn bar(root: &Ui, name: &str, free: &mut Rect, add: impl FnOnce(&mut Ui)) {
     let area = Area::new(Id::unique(name)).pivot(Align2::LEFT_BOTTOM).fixed_pos(free.left_bottom());
     let frame = Frame::side_top_panel(root.style());
-    let width = free.width() - frame.total_margin().sum().x;
+    let width = (free.width() - frame.total_margin().sum().x).max(0.0);
     let shown = area.show(root.ctx(), |ui| {
         frame.show(ui, |ui| {
             ui.set_width(width);
@@ -81,7 +81,7 @@ impl DockWidth {
     }
 }
 
-/// A side of the cockpit: open if the screen has room for it, until a person opens or closes it.
+/// A side of the cockpit: open if the screen has room for it, until a person opens it, or a panel in it, or closes it.
 pub(crate) struct Fold {
     chosen: Option<bool>,
     /// Least width of the screen at which it is open by default, points.
@@ -128,6 +128,7 @@ pub(crate) struct Cockpit {
     fault: FaultBar,
     /// What the bars over the view leave of it.
     pub free: Rect,
+    seen: away::Seen,
     /// The panels that were open in the last layout.
     opened: Vec<Panel>,
 }
@@ -146,6 +147,7 @@ impl Default for Cockpit {
             parts: Vec::new(),
             fault: FaultBar::default(),
             free: Rect::NOTHING,
+            seen: None,
             opened: Vec::new(),
         }
     }
@@ -207,7 +209,7 @@ impl Cockpit {
         let bare = Frame::side_top_panel(root.style()).fill(Color32::TRANSPARENT);
         let newest = opened.last().copied().filter(|panel| !self.opened.contains(panel));
         let opens = newest.and_then(Panel::tab);
-        if opens.is_some() && !self.dock.is_chosen() {
+        if opens.is_some() && !self.dock.is_chosen() && !self.dock.is_open(width) {
             self.dock.set(true);
         }
         let browses = self.scenes.is_open(width);
@@ -262,7 +264,7 @@ impl Cockpit {
         // These bars come and go: they lie over the view, and nothing moves.
         self.free = root.available_rect_before_wrap();
         self.fault.show(root, &mut self.free, stage, intents);
-        away::show(root, &mut self.free, stage, view, intents);
+        away::show(root, &mut self.free, stage, view, &mut self.seen, intents);
         self.opened = opened.to_owned();
     }
 }

@@ -1,9 +1,11 @@
 //! Frames in real time: what a shell does around a session on every system. The shell has the clock.
 
 use std::ops::ControlFlow;
+use std::sync::Arc;
 use std::time::Duration;
 
 use glam::{DVec2, DVec3};
+use scene::Scene;
 
 use crate::actions::{Act, Hold, Lasts, binding};
 use crate::app::session::Session;
@@ -11,8 +13,8 @@ use crate::app::speed::{Sample, Speed, SpeedSetting};
 use crate::clock::FrameClock;
 use crate::input::{Input, InputFrame, Key};
 use crate::stage::Stage;
-use crate::view::View;
 use crate::view::camera::Camera;
+use crate::view::{Mode, View};
 
 /// Shortest time between two frames, s: vertical sync does not pace every display.
 pub const SHORTEST_FRAME_S: f64 = 0.004;
@@ -29,11 +31,19 @@ const EASE_S: f64 = 1.2;
 /// Degrees that it turns meanwhile.
 const EASE_DEGREES: DVec2 = DVec2::new(14.0, 4.0);
 
-/// The way of the camera to its place: it stays there from the first input on.
+/// The way of the camera to its place in a scene, which the first input ends.
 struct Ease {
+    scene: Arc<Scene>,
     to: Camera,
     pivot: DVec3,
     left_s: f64,
+}
+
+impl Ease {
+    /// Whether the session still has the scene that was opened.
+    fn is_of(&self, session: &Session) -> bool {
+        Arc::ptr_eq(&self.scene, &session.stage.sim().scene)
+    }
 }
 
 /// Input that waits for the next frame, and when that is due. Times are in seconds since the start of the shell's clock.
@@ -49,7 +59,7 @@ pub struct FrameLoop {
     unsettled: u32,
     /// Whether the shell has waited since the last frame, because nothing changed.
     rested: bool,
-    /// Whether a scene was opened in the last frame.
+    /// Whether a scene was opened to which the camera has not begun to come.
     comes: bool,
     ease: Option<Ease>,
     speed: Speed,
@@ -123,7 +133,7 @@ impl FrameLoop {
         let events = std::mem::take(&mut self.events);
         self.end_ease(session, &events);
         self.advance(session, now, events, clock, record);
-        self.ease(session, self.last.map_or(0.0, |last| now - last));
+        let frame_s = self.last.map_or(0.0, |last| now - last);
         self.last = Some(now);
         // As a key, so that a recording has it; an open question would take the key.
         if session.view.has_bars() && !session.asks() && std::mem::take(&mut session.opened) {
@@ -132,32 +142,44 @@ impl FrameLoop {
                 self.press(Act::Frame);
             }
         }
+        self.ease(session, frame_s);
     }
 
     /// Puts the camera to its place if a person does something, as if it had been there from the start.
     fn end_ease(&mut self, session: &mut Session, events: &[Input]) {
-        let is_move = |event: &Input| matches!(event, Input::At(_) | Input::Mouse(..));
-        if let Some(ease) = self.ease.take_if(|_| !events.iter().all(is_move)) {
+        let looks = session.view.mode == Mode::Camera;
+        let is_harmless = |event: &Input| match event {
+            Input::At(_) => true,
+            Input::Mouse(..) => !looks,
+            _ => false,
+        };
+        let ended = self.ease.take_if(|_| !events.iter().all(is_harmless));
+        if let Some(ease) = ended.filter(|ease| ease.is_of(session)) {
             session.view.camera = ease.to;
         }
     }
 
-    /// Brings the camera nearer to its place, or begins to. A lesson may measure the camera, so there it stands.
+    /// Brings the camera nearer to its place, or begins to, once the scene is framed. A lesson may measure the camera, so there it
+    /// stands.
     fn ease(&mut self, session: &mut Session, frame_s: f64) {
-        if std::mem::take(&mut self.comes) && session.tools.learn.lesson().is_none() {
-            let pivot = View::middle(&session.stage);
+        if self.comes && self.events.is_empty() {
+            self.comes = false;
+            let stands =
+                session.tools.learn.lesson().is_some() || session.view.mode == Mode::Camera;
+            let pivot = View::middle(&session.stage).filter(|_| !stands);
             self.ease = pivot.map(|pivot| Ease {
+                scene: Arc::clone(&session.stage.sim().scene),
                 to: session.view.camera,
                 pivot,
                 left_s: EASE_S + frame_s,
             });
         }
-        let Some(Ease { to, pivot, left_s }) = self.ease.take() else { return };
-        let left_s = left_s - frame_s;
-        session.view.camera = to;
-        if left_s > 0.0 {
-            session.view.camera.orbit(pivot, EASE_DEGREES * (left_s / EASE_S).powi(3));
-            self.ease = Some(Ease { to, pivot, left_s });
+        let Some(mut ease) = self.ease.take().filter(|ease| ease.is_of(session)) else { return };
+        ease.left_s -= frame_s;
+        session.view.camera = ease.to;
+        if ease.left_s > 0.0 {
+            session.view.camera.orbit(ease.pivot, EASE_DEGREES * (ease.left_s / EASE_S).powi(3));
+            self.ease = Some(ease);
         }
     }
 

@@ -59,7 +59,7 @@ pub struct Session {
     shown: Vec<(f64, Player)>,
     /// The settings that were chosen in the panels of the last frame, as inputs: a recording has them in the next one.
     pub chosen: Vec<Input>,
-    /// Whether a scene was opened whose bodies are to be framed once the view has its place.
+    /// Whether a scene was opened whose bodies are to be framed, and to which the camera comes, once the view has its place.
     pub opened: bool,
     /// Whether no picture of the next frame will be seen: its panels are then not laid out.
     unseen: bool,

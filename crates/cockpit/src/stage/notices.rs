@@ -110,7 +110,8 @@ impl Notices {
         self.shown.iter().map(|notice| notice.until.unwrap_or(now)).fold(f64::INFINITY, f64::min)
     }
 
-    /// The texts that are shown in the picture. With bars, one of them tells of faults, and of what was forecast then.
+    /// The texts that are shown in the picture. With bars, one of them tells of faults; while it does, what was forecast
+    /// is not told again.
     pub(crate) fn in_picture(&self, has_bars: bool) -> impl Iterator<Item = &str> {
         let is_told = self.shown.iter().any(|it| it.topic == Topic::Fault);
         let in_bar = move |topic| topic == Topic::Fault || (is_told && topic == Topic::Forecast);

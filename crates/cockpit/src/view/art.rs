@@ -39,7 +39,7 @@ pub(super) struct Lamp {
     middle: DVec3,
     /// From the middle to the lamp, m.
     offset: DVec3,
-    /// Ids of the bodies that shine where nothing is up.
+    /// Ids of the bodies that shine where nothing is up, ascending.
     pub suns: Vec<u32>,
 }
 
@@ -67,17 +67,26 @@ impl Lamp {
     }
 }
 
-/// Ids of the balls that shine: those that only mark a place, and among bodies that attract each other the one that has most of
-/// the mass.
+/// Ids of the balls that shine: those that are drawn where a well is, and among bodies that attract each other the one that has
+/// most of the mass.
 fn suns(scene: &Scene) -> Vec<u32> {
-    let mass = |body: &BodySpec| body.inverse_mass.map_or(0.0, f64::recip);
+    let own = scene.own_laws.values().flat_map(|laws| &laws.wells);
+    let wells = scene.laws.wells.iter().flat_map(|wells| &wells.0).chain(own);
+    let wells: Vec<_> = wells.map(|well| well.position).collect();
+    let mass = |body: &BodySpec| {
+        let own = body.inverse_mass.map(f64::recip).filter(|mass| mass.is_finite());
+        body.source_mass.or(own).unwrap_or_default()
+    };
     let most = match scene.mutual_gravity {
         Some(_) => 0.5 * scene.bodies.iter().map(mass).sum::<f64>(),
         None => f64::INFINITY,
     };
-    let shines = |body: &BodySpec| {
-        matches!(body.shape, Some(Shape::Sphere { .. }))
-            && (body.inverse_mass.is_none() || mass(body) > most)
+    let shines = |body: &BodySpec| match body.shape {
+        Some(Shape::Sphere { radius }) if body.inverse_mass.is_none() => {
+            wells.iter().any(|well| well.distance(body.position) <= radius)
+        }
+        Some(Shape::Sphere { .. }) => mass(body) > most,
+        _ => false,
     };
     (0..).zip(&scene.bodies).filter(|(_, body)| shines(body)).map(|(id, _)| id).collect()
 }

@@ -131,6 +131,7 @@ impl View {
     fn add_shapes(&self, stage: &Stage, frame: &mut Frame, hovered: Option<Entity>) {
         let mut looks = query::<&Appearance, ()>(&stage.sim().world);
         let (own_look, has_ground) = (self.is_own_look(stage), frame.ground.is_some());
+        let shines = frame.space && frame.soft && !frame.paper && !self.lamp.suns.is_empty();
         let targets = &self.seen.targets;
         let (xs, ys, zs) = targets.positions();
         for (i, entity) in targets.entities().iter().enumerate() {
@@ -143,8 +144,8 @@ impl View {
                 continue;
             }
             let mut surface = if look.checker && !own_look { render::CHECKER } else { 0 };
-            if frame.space && stage.sim().id(*entity).is_some_and(|id| self.lamp.suns.contains(&id))
-            {
+            let is_sun = |id| self.lamp.suns.binary_search(&id).is_ok();
+            if shines && stage.sim().id(*entity).is_some_and(is_sun) {
                 surface |= render::SHINES;
             }
             if is_marked {
@@ -254,9 +255,6 @@ impl View {
 
 /// Adds a glow around every ball that shines, and lights the others by the first of them.
 fn add_sunlight(frame: &mut Frame) {
-    if !frame.soft || frame.paper {
-        return;
-    }
     let suns = frame.spheres.iter().filter(|ball| ball.surface & render::SHINES != 0);
     let unshadowed = frame.light.as_mut().filter(|light| !light.shadows);
     if let Some((light, sun)) = unshadowed.zip(suns.clone().next()) {

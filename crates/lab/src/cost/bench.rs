@@ -1,6 +1,6 @@
 //! A running study: a list of jobs, done in small pieces.
 //!
-//! A piece is one tick of a run, or one timing. The command line runs pieces one after the other, the window spends a
+//! A piece is one tick of a run, the making of one, or one timing. The command line runs pieces one after the other, the window spends a
 //! tenth of each frame on them. Both get the same numbers, because a job does not depend on the time between its
 //! pieces.
 
@@ -297,7 +297,7 @@ impl Bench {
         }
     }
 
-    /// Runs one tick or one timing. Returns false if no work is left.
+    /// Does one piece. Returns false if no work is left.
     fn piece(&mut self) -> bool {
         if let Some((job, run)) = &mut self.jobs.current {
             let job = *job;

@@ -1,5 +1,6 @@
 //! The bar that appears when the selection, or everything that moves, has left the view.
 
+use bevy_ecs::prelude::*;
 use egui::{Rect, Ui};
 
 use crate::actions::Act;
@@ -9,6 +10,7 @@ use crate::intent::Intent;
 use crate::stage::Stage;
 use crate::stage::things::is_movable;
 use crate::view::View;
+use crate::view::camera::Camera;
 
 /// Lays out the bar at the bottom of what is `free` of the view, if what a person may look for has left it.
 pub(super) fn show(
@@ -16,9 +18,10 @@ pub(super) fn show(
     free: &mut Rect,
     stage: &Stage,
     view: &View,
+    seen: &mut Seen,
     intents: &mut Vec<Intent>,
 ) {
-    let Some(words) = words(stage, view) else { return };
+    let Some(words) = words(stage, view, seen) else { return };
     bar(root, "away", free, |ui| {
         ui.label(words);
         if ui.button("Reset").on_hover_text(Act::ResetWorld.binding().tooltip()).clicked() {
@@ -36,21 +39,32 @@ pub(super) fn show(
     });
 }
 
-fn words(stage: &Stage, view: &View) -> Option<String> {
+/// The selection and the camera when the selection was last in the view.
+pub(super) type Seen = Option<(Entity, Camera)>;
+
+fn words(stage: &Stage, view: &View, seen: &mut Seen) -> Option<String> {
     if view.locked.is_some() {
         return None;
     }
-    let thrown = stage.selection().filter(|thing| {
-        let is_seen = |place| view.seen_at(place).is_some_and(|(_, inside)| inside);
-        is_movable(&stage.sim().world, *thing)
-            && stage.drawn_position(*thing).is_some_and(|place| !is_seen(place))
-    });
-    match thrown {
+    let is_seen = |thing| {
+        let place = stage.drawn_position(thing)?;
+        Some(view.seen_at(place).is_some_and(|(_, inside)| inside))
+    };
+    let selected = stage.selection().filter(|thing| is_movable(&stage.sim().world, *thing));
+    let here = selected.map(|thing| (thing, view.camera));
+    let is_seen = selected.and_then(is_seen);
+    if is_seen == Some(true) {
+        *seen = here;
+    }
+    match here {
         _ if view.has_lost_all(stage) => Some(match view.all_fell_through(stage) {
             true => "Nothing collides here: everything fell through the floor.".to_owned(),
             false => "Everything that moves has left the view.".to_owned(),
         }),
-        Some(thing) => Some(format!("{} has left the view.", stage.name(thing))),
-        None => None,
+        // It went, and not the camera.
+        Some((thing, _)) if is_seen == Some(false) && *seen == here => {
+            Some(format!("{} has left the view.", stage.name(thing)))
+        }
+        _ => None,
     }
 }

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use egui::{Align, ComboBox, Grid, Layout, Response, TextEdit, Ui};
+use egui::{Align, ComboBox, Grid, Layout, PopupCloseBehavior, Response, TextEdit, Ui};
 use motion::{DampingModel, Method};
 use report::numbers::{capital, rounded};
 use scene::{Field, Kind, Scene, TextEdit as Change, Value};
@@ -237,6 +237,8 @@ const MOST_COUNT: f64 = 9_007_199_254_740_992.0;
 /// Lays out a widget for a value. Returns whether the person has finished changing it.
 fn widget(ui: &mut Ui, scene: &Scene, [name, key, unit]: [&str; 3], value: &mut Value) -> bool {
     let done = |response: Response| response.drag_stopped() || response.lost_focus();
+    // A longer list is no help: there, names are typed.
+    let has_few = scene.bodies.len() <= MOST_PICKED;
     match value {
         Value::Flag(flag) => ui.checkbox(flag, "").changed(),
         Value::Count(count) => done(count_field(ui, count, 0.0..=MOST_COUNT, "")),
@@ -253,10 +255,12 @@ fn widget(ui: &mut Ui, scene: &Scene, [name, key, unit]: [&str; 3], value: &mut 
             })
             .inner
         }
-        Value::Text(text) if matches!(key, "body" | "rides_on") => body(ui, name, scene, text),
+        Value::Text(text) if matches!(key, "body" | "rides_on") && has_few => {
+            body(ui, name, scene, text)
+        }
         Value::Text(text) => done(ui.add(TextEdit::singleline(text).desired_width(FIELD))),
         Value::Written(written) if key == "shape" => shape(ui, name, written),
-        Value::Written(written) if key == "between" && quoted(written).len() == 2 => {
+        Value::Written(written) if key == "between" && has_few && quoted(written).len() == 2 => {
             let mut ends = quoted(written);
             let mut one =
                 |i: usize, ui: &mut Ui| body(ui, &format!("{name} {i}"), scene, &mut ends[i]);
@@ -266,10 +270,12 @@ fn widget(ui: &mut Ui, scene: &Scene, [name, key, unit]: [&str; 3], value: &mut 
             }
             picked
         }
-        Value::Written(written) if key == "bodies" => {
+        Value::Written(written) if key == "bodies" && has_few => {
             let mut chosen = quoted(written);
             let before = chosen.len();
-            ui.menu_button(format!("{before} picked"), |ui| {
+            let list = ComboBox::from_id_salt(name).selected_text(format!("{before} picked"));
+            let list = list.height(400.0).close_behavior(PopupCloseBehavior::CloseOnClickOutside);
+            list.show_ui(ui, |ui| {
                 for other in bodies(scene) {
                     let mut is_chosen = chosen.contains(&other);
                     if ui.checkbox(&mut is_chosen, &other).changed() {
@@ -306,11 +312,11 @@ fn widget(ui: &mut Ui, scene: &Scene, [name, key, unit]: [&str; 3], value: &mut 
 }
 
 /// Greatest number of bodies in a list to pick from.
-const PICKED: u32 = 200;
+const MOST_PICKED: usize = 200;
 
-/// The names of the first bodies of a scene.
+/// The names of the bodies of a scene.
 fn bodies(scene: &Scene) -> impl Iterator<Item = String> {
-    (0..PICKED).map_while(|id| scene.names.get(id)).map(Cow::into_owned)
+    (0..).map_while(|id| scene.names.get(id)).map(Cow::into_owned)
 }
 
 /// The texts in quotes.
@@ -329,16 +335,17 @@ fn body(ui: &mut Ui, name: &str, scene: &Scene, picked: &mut String) -> bool {
     before != *picked
 }
 
-/// Lays out a color to pick. It is finished once no button is down.
+/// Lays out a color to pick. It is finished once nothing is dragged or typed.
 fn color(ui: &mut Ui, numbers: &mut [f64]) -> bool {
     let before = [0, 1, 2].map(|channel| (255.0 * numbers[channel]).round() as u8);
     let mut picked = before;
     ui.color_edit_button_srgb(&mut picked);
-    if picked != before {
-        let number = |channel: &u8| rounded(f64::from(*channel) / 255.0, 3);
-        numbers.iter_mut().zip(&picked).for_each(|(to, channel)| *to = number(channel));
+    for (i, number) in numbers.iter_mut().enumerate().take(3) {
+        if picked[i] != before[i] {
+            *number = rounded(f64::from(picked[i]) / 255.0, 3);
+        }
     }
-    ui.input(|input| !input.pointer.any_down())
+    !ui.ctx().text_edit_focused() && !ui.input(|input| input.pointer.any_down())
 }
 
 /// Lays out the kind of a shape. Another kind keeps the size, which has its own row.

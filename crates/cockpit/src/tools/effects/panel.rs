@@ -30,8 +30,11 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>, rows: &[ReceiptLine], measu
     let columns = if narrow { NARROW } else { headings.len() };
     let gap = if narrow { 8.0 } else { 10.0 };
     Grid::new("effects").num_columns(columns).striped(true).spacing([gap, 2.0]).show(ui, |ui| {
-        for heading in &headings[..columns] {
-            ui.weak(*heading).on_hover_text("calls of the law, and their time, per step");
+        for (i, heading) in headings[..columns].iter().enumerate() {
+            let heading = ui.weak(*heading);
+            if matches!(i, 2 | 3) {
+                heading.on_hover_text("of the law, per step");
+            }
         }
         ui.end_row();
         for row in rows {

@@ -9,7 +9,7 @@ use report::{ForecastRow, Instrument, growth, tried_in_words};
 use crate::view::hud::as_in_picture;
 use crate::view::inks;
 use crate::view::springs::margin_color;
-use crate::words::plain;
+use crate::words::with_titles;
 
 /// Most rows that are listed.
 const MOST_ROWS: usize = 14;
@@ -45,11 +45,11 @@ fn sentence(rows: &[ForecastRow]) -> String {
             "nothing here can become unstable: no springs, damping, drag, wells or mutual gravity"
                 .to_owned()
         }
-        ([fault], ..) => format!("{}: {}", fault.verdict(), plain(&fault.element)),
+        ([fault], ..) => format!("{}: {}", fault.verdict(), with_titles(&fault.element)),
         ([_, ..], ..) => format!("{} parts have a fault", faults.len()),
         ([], _, Some(seconds)) if seconds > 0.0 => format!("holds for {} s", digits(seconds)),
         ([], _, Some(_)) => "being tried".to_owned(),
-        ([], Some(row), None) => format!("{}: {}", row.verdict(), plain(&row.element)),
+        ([], Some(row), None) => format!("{}: {}", row.verdict(), with_titles(&row.element)),
     }
 }
 
@@ -60,18 +60,18 @@ fn part(ui: &mut Ui, row: &ForecastRow) {
         Instrument::Margin(margin) => of_margin(ui, row, margin),
         Instrument::Trial(tried) => {
             ui.horizontal_wrapped(|ui| {
-                ui.label(plain(&row.element));
+                ui.label(with_titles(&row.element));
                 ui.strong(row.verdict());
             });
             if tried.verdict != Verdict::Holds {
-                ui.label(plain(&row.finding()));
+                ui.label(with_titles(&row.finding()));
             }
             ui.weak(format!("trial: {}", tried_in_words(tried)));
         }
     }
     if !row.cure_words.is_empty() {
         let color = inks::words(ui.visuals(), CURE);
-        ui.label(RichText::new(plain(&row.cure_words)).color(color).strong());
+        ui.label(RichText::new(with_titles(&row.cure_words)).color(color).strong());
     }
 }
 
@@ -85,7 +85,7 @@ fn of_margin(ui: &mut Ui, row: &ForecastRow, margin: &Margin) {
         _ => row.verdict().to_owned(),
     };
     ui.horizontal_wrapped(|ui| {
-        ui.label(plain(&row.element));
+        ui.label(with_titles(&row.element));
         ui.strong(how_near).on_hover_text(format!("{}, {}", row.value(), row.finding()));
     });
     bar(ui, margin.ratio());

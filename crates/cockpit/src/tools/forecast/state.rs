@@ -12,7 +12,7 @@ use report::numbers::capital;
 
 use crate::stage::Stage;
 use crate::stage::notices::Topic;
-use crate::words::plain;
+use crate::words::with_titles;
 
 /// How long margins are shown before they are computed again, s: speeds and distances change all the time.
 pub(super) const FRESH_S: f64 = 0.25;
@@ -118,7 +118,7 @@ impl Forecast {
         ForecastRow::arrange(&mut self.at_start);
         if let Some(worst) = self.at_start.iter().find(|row| row.is_fault()) {
             let words = [worst.verdict(), ": ", &worst.element, ", ", &worst.cure_words].concat();
-            let words = capital(&plain(words.trim_end_matches(", ")));
+            let words = capital(&with_titles(words.trim_end_matches(", ")));
             stage.notices.say(Topic::Forecast, words);
         }
     }

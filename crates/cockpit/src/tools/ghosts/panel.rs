@@ -11,7 +11,7 @@ use crate::tools::ghosts::state::{GhostLabel, GhostRow, GhostState, Ghosts, Twin
 use crate::tools::tool::Desk;
 use crate::view::Mode;
 use crate::view::hud::{SIZE, THIN, plate_size, point, swatch, text};
-use crate::words::plain;
+use crate::words::with_titles;
 
 /// Radius of the dot before a label, points.
 const DOT: f32 = 4.5;
@@ -81,7 +81,7 @@ pub(super) fn show(ui: &mut Ui, ghosts: &mut Ghosts, desk: &Desk<'_>) {
                         let when = when.split(':').next().unwrap_or_default();
                         format!("{body} was thrown out at {when}")
                     }
-                    None => plain(why),
+                    None => with_titles(why),
                 };
                 let method = row.method.map_or("reference", |method| method.claims().title);
                 ui.weak(format!("{method}: {words}")).on_hover_text(why);
