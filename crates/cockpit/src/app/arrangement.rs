@@ -25,10 +25,9 @@ const MOST_SIZES: isize = 10;
 
 /// Writes the arrangement of the panels, one line per action and its state: `on`, `off`, or how many times it was done.
 pub(crate) fn of(ui: &Ui, learn: &Learn) -> String {
-    let is_chosen = |(act, _): &(Act, bool)| match act {
-        Act::ToggleBrowser => ui.cockpit.scenes.is_chosen(),
-        Act::ToggleDock => ui.cockpit.dock.is_chosen(),
-        _ => true,
+    let is_chosen = |(act, _): &(Act, bool)| {
+        (*act != Act::ToggleBrowser || ui.cockpit.scenes.is_chosen())
+            && (*act != Act::ToggleDock || ui.cockpit.dock.is_chosen())
     };
     let switches = switches(ui).into_iter().filter(is_chosen);
     let mut text: String = switches
@@ -81,11 +80,12 @@ pub(crate) fn arrange(ui: &mut Ui, learn: &mut Learn, text: &str) -> Vec<Act> {
             _ if act == Act::ToggleCockpit => true,
             _ => continue,
         };
-        match act {
-            Act::ToggleBrowser => ui.cockpit.scenes.set(wanted),
-            Act::ToggleDock => ui.cockpit.dock.set(wanted),
-            _ if wanted != on => acts.push(act),
-            _ => {}
+        if act == Act::ToggleBrowser {
+            ui.cockpit.scenes.set(wanted);
+        } else if act == Act::ToggleDock {
+            ui.cockpit.dock.set(wanted);
+        } else if wanted != on {
+            acts.push(act);
         }
     }
     let tab =

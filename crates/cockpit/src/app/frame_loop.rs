@@ -148,10 +148,8 @@ impl FrameLoop {
     /// Puts the camera to its place if a person does something, as if it had been there from the start.
     fn end_ease(&mut self, session: &mut Session, events: &[Input]) {
         let looks = session.view.mode == Mode::Camera;
-        let is_harmless = |event: &Input| match event {
-            Input::At(_) => true,
-            Input::Mouse(..) => !looks,
-            _ => false,
+        let is_harmless = |event: &Input| {
+            matches!(event, Input::At(_)) || (!looks && matches!(event, Input::Mouse(..)))
         };
         let ended = self.ease.take_if(|_| !events.iter().all(is_harmless));
         if let Some(ease) = ended.filter(|ease| ease.is_of(session)) {

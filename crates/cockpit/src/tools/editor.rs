@@ -246,7 +246,7 @@ impl Editor {
                 let apart = scene.apart(&path);
                 match apart.is_empty() {
                     true => {
-                        self.error = Some(format!("{} has more than 1000 bodies", plain(&path)))
+                        self.error = Some(format!("{} has more than 1000 bodies", plain(&path)));
                     }
                     false => desk.intents.push(Intent::Rewrite(apart, None)),
                 }
