@@ -17,10 +17,10 @@ use crate::words::with_titles;
 /// How long margins are shown before they are computed again, s: speeds and distances change all the time.
 pub(super) const FRESH_S: f64 = 0.25;
 
-/// How long the margins of a large net are shown before they are computed again, s: computing them takes a frame.
-pub(super) const FRESH_LARGE_S: f64 = 2.0;
+/// How long the margins of a large net are shown before they are computed again, s: computing them takes up to a second (`meadow`).
+pub(super) const FRESH_LARGE_S: f64 = 10.0;
 /// Number of springs above which a net is large.
-pub(super) const LARGE_NET: usize = 20_000;
+pub(super) const LARGE_NET: usize = 5_000;
 
 /// Work of the trial in a frame: some 2 ms.
 const WORK_OF_FRAME: f64 = 8e4;
