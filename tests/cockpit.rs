@@ -1160,7 +1160,7 @@ fn a_damaged_arrangement_does_no_other_action() {
         "quit on\nreset_world on\ntoggle_gravity on\nnext_scene on\ntoggle_ghosts on",
         "toggle_theme yes\n toggle_dock off\ntoggle_cockpit\nlarger many\nsmaller -3\n\u{0}\u{fffd}",
         &usual[..usual.len() / 2],
-        "toggle_theme off\ntoggle_theme on\n",
+        "toggle_dock on\ntoggle_dock off\n",
     ];
     for text in damaged {
         let mut drive = arranged(text, [1280, 720]);

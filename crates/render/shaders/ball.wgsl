@@ -51,19 +51,32 @@ fn corner(index: u32, body: Body, grown_by: f32, color: vec4f) -> Corner {
     return out;
 }
 
-fn met(in: Corner) -> Met {
-    let center = in.center_and_radius.xyz;
-    let radius = in.center_and_radius.w;
-    let toward = normalize(in.ray);
+// Where a ray passes the center of a ball nearest.
+struct Pass {
+    toward: vec3f,
+    // How far along the ray.
+    middle: f32,
+    // From there to the center.
+    off: vec3f,
+}
+
+fn pass_of(ray: vec3f, center: vec3f) -> Pass {
+    let toward = normalize(ray);
     let middle = dot(center, toward);
-    // From the ray to the center, where it passes nearest.
-    let off = center - toward * middle;
-    let beside = length(off);
+    return Pass(toward, middle, center - toward * middle);
+}
+
+fn met(in: Corner) -> Met {
+    let radius = in.center_and_radius.w;
+    let passed = pass_of(in.ray, in.center_and_radius.xyz);
+    let toward = passed.toward;
+    let middle = passed.middle;
+    let beside = length(passed.off);
     let half = sqrt(max(radius * radius - beside * beside, 0.0));
     let pixel = globals.viewport.z * middle * dot(toward, globals.camera_forward.xyz);
     var out: Met;
     out.position = toward * (middle - half);
-    out.normal = normalize(-off - toward * half);
+    out.normal = normalize(-passed.off - toward * half);
     out.coverage = select(0.0, clamp((radius - beside) / pixel + 0.5, 0.0, 1.0), middle > half);
     return out;
 }
@@ -156,14 +169,12 @@ fn vs_ball_shadow(@builtin(vertex_index) index: u32, body: Body) -> FromLight {
 // The far side of the ball, as the map has the back faces of boxes.
 @fragment
 fn fs_ball_shadow(in: FromLight) -> @builtin(frag_depth) f32 {
-    let toward = normalize(in.ray);
-    let middle = dot(in.center_and_radius.xyz, toward);
-    let off = in.center_and_radius.xyz - toward * middle;
-    let under = in.center_and_radius.w * in.center_and_radius.w - dot(off, off);
+    let passed = pass_of(in.ray, in.center_and_radius.xyz);
+    let under = in.center_and_radius.w * in.center_and_radius.w - dot(passed.off, passed.off);
     if under < 0.0 {
         discard;
     }
-    let far = globals.light_position.xyz + toward * (middle + sqrt(under));
+    let far = globals.light_position.xyz + passed.toward * (passed.middle + sqrt(under));
     let clip = globals.light_projection * vec4f(far, 1.0);
     return clip.z / clip.w;
 }

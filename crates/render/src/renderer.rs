@@ -194,10 +194,9 @@ impl Renderer {
             let radius_px = Vec3::from(ball.half_extents).max_element() * px_per_m;
             radius_px < small_px * Vec3::from(ball.position).dot(forward).abs()
         };
-        let (large, small) = frame.spheres.iter().partition::<Vec<_>, _>(|ball| !is_small(ball));
         self.cuboids.upload(gpu, &frame.cuboids);
-        self.spheres.upload(gpu, large);
-        self.small_spheres.upload(gpu, small);
+        self.spheres.upload(gpu, frame.spheres.iter().filter(|ball| !is_small(ball)));
+        self.small_spheres.upload(gpu, frame.spheres.iter().filter(is_small));
         let (globals_layout, shadow_layout) = (&self.globals_layout, &self.shadow_map.layout);
         let to = &self.destination;
         if self.surfaces.is_some() || !frame.surfaces.is_empty() {

@@ -82,8 +82,6 @@ pub(crate) fn arrange(ui: &mut Ui, learn: &mut Learn, text: &str) -> Vec<Act> {
         };
         if act == Act::ToggleBrowser {
             ui.cockpit.scenes.set(wanted);
-        } else if act == Act::ToggleDock {
-            ui.cockpit.dock.set(wanted);
         } else if wanted != on {
             acts.push(act);
         }
@@ -100,14 +98,15 @@ pub(crate) fn arrange(ui: &mut Ui, learn: &mut Learn, text: &str) -> Vec<Act> {
 
 /// Actions that switch something on and off, and whether it is on.
 fn switches(ui: &Ui) -> Vec<(Act, bool)> {
-    let parts = [
-        (Act::ToggleCockpit, ui.cockpit.shown),
-        (Act::ToggleTheme, ui.is_light()),
+    let parts = [(Act::ToggleCockpit, ui.cockpit.shown), (Act::ToggleTheme, ui.is_light())];
+    let panels = PANELS.iter().map(|(panel, _)| *panel).filter(|panel| !panel.is_transient());
+    let panels = panels.map(|panel| (Act::Panel(panel), ui.shows(panel)));
+    // Last, because their lines are added once a person has chosen.
+    let sides = [
         (Act::ToggleBrowser, ui.cockpit.scenes.is_open(ui.width())),
         (Act::ToggleDock, ui.cockpit.dock.is_open(ui.width())),
     ];
-    let panels = PANELS.iter().map(|(panel, _)| *panel).filter(|panel| !panel.is_transient());
-    parts.into_iter().chain(panels.map(|panel| (Act::Panel(panel), ui.shows(panel)))).collect()
+    parts.into_iter().chain(panels).chain(sides).collect()
 }
 
 /// The lines of `there`, with those replaced that differ between `before` and `now`: what another session changed meanwhile stays.

@@ -59,7 +59,7 @@ pub struct FrameLoop {
     unsettled: u32,
     /// Whether the shell has waited since the last frame, because nothing changed.
     rested: bool,
-    /// Whether a scene was opened to which the camera has not begun to come.
+    /// Whether the camera is still to turn to the place of a scene that was opened.
     comes: bool,
     ease: Option<Ease>,
     speed: Speed,

@@ -401,7 +401,7 @@ impl Bench {
         true
     }
 
-    /// Starts the runs that were made, beside the truth; `None` if there are none, or the truth is not known.
+    /// Starts the runs that were made, beside the truth; `None` without runs, or while the truth is not known.
     fn compare(&mut self) -> Option<Comparison> {
         let runs = std::mem::take(&mut self.made);
         let (at, _) = runs.first()?;

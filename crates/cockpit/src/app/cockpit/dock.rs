@@ -113,7 +113,7 @@ fn selection(ui: &mut Ui, stage: &Stage, view: &View) {
     }
 }
 
-/// Lays out what the scene shows, and what acts in it.
+/// Lays out the description of the scene, its effects and the number of its bodies.
 fn scene(ui: &mut Ui, stage: &Stage) {
     ui.strong(capital(&stage.sim().scene.name.replace('_', " ")));
     ui.label(&stage.sim().scene.description);
