@@ -2,8 +2,10 @@
 
 use history::Change;
 use lab::trial::{Ahead, Trial};
+use motion::margin::Margins;
 use motion::{Method, Request};
 use render::Frame;
+use report::ForecastRow;
 use sandbox::Session;
 use sandbox::input::SwitchedBy;
 use scene::Scene;
@@ -115,6 +117,22 @@ fn the_open_panel_follows_a_changed_body_at_once() {
     }
     film.frames(2);
     assert!(!worst(&film).is_fault(), "bodies of ten times the mass are slower");
+}
+
+#[test]
+fn the_margins_of_thousands_of_groups_are_those_of_all_at_once() {
+    let mut film = Film::of(scene::load("meadow").unwrap());
+    film.frames(1).press("P").press("V").frames(1);
+    assert!(film.session.tools.shown_forecast().is_none(), "a frame has time for a few groups");
+    let frames = (0..400).take_while(|_| {
+        film.frames(1);
+        film.session.tools.shown_forecast().is_none()
+    });
+    assert!(frames.count() < 300);
+    let rows = film.session.tools.shown_forecast().unwrap();
+    let margins: Vec<_> = rows.iter().filter_map(ForecastRow::margin).copied().collect();
+    let sim = film.session.stage.sim();
+    assert_eq!(margins, Margins::of(&sim.world, sim.method()).list());
 }
 
 #[test]

@@ -142,8 +142,8 @@ pub mod effects {
 /// Margins of stability: how near the parts of a world are to the limit of their method, before a step is taken.
 pub mod margin {
     pub use crate::observe::margin::{
-        Cure, LimitingPart, Margin, Margins, NaturalMode, NaturalModes, SpringMargin, as_good_as,
-        natural_modes,
+        Cure, LimitingPart, Margin, Margins, MarginsInParts, NaturalMode, NaturalModes,
+        SpringMargin, as_good_as, natural_modes,
     };
 }
 

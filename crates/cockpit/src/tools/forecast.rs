@@ -20,9 +20,10 @@ impl Tool for Forecast {
     }
 
     fn show(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
-        if let Some(rows) = self.shown() {
-            ui.set_width(desk.width(panel::WIDTH));
-            panel::show(ui, rows, self.progress());
+        ui.set_width(desk.width(panel::WIDTH));
+        match self.shown() {
+            Some(rows) => panel::show(ui, rows, self.progress()),
+            None => drop(ui.weak("Computing margins of stability")),
         }
     }
 
@@ -32,22 +33,23 @@ impl Tool for Forecast {
             Change::Requests(_) | Change::Method(_) | Change::Substeps(_) => true,
             Change::Step(_) | Change::Push(..) => false,
         };
-        if let Some(shown) = self.shown.as_mut().filter(|_| is_felt) {
-            shown.age = f64::INFINITY;
+        if is_felt {
+            self.coming = None;
+            self.shown.iter_mut().for_each(|shown| shown.age = f64::INFINITY);
         }
     }
 
     /// Keeps the forecast of an open panel fresh.
     fn after_ticks(&mut self, stage: &mut Stage, _: &View, open: bool, time: FrameTime) {
         if !open {
-            self.shown = None;
+            (self.shown, self.coming) = (None, None);
             self.advance_frame(stage, false);
             return;
         }
         let of = circumstances(stage);
-        let is_new =
-            self.shown.as_ref().is_none_or(|shown| shown.of != of || shown.age.is_infinite());
-        if is_new {
+        let is_known =
+            self.shown.as_ref().is_some_and(|shown| shown.of == of && shown.age.is_finite());
+        if !is_known && self.coming.as_ref().is_none_or(|(coming, _)| *coming != of) {
             self.restart_trial(stage);
         }
         self.advance_frame(stage, true);
@@ -62,8 +64,9 @@ impl Tool for Forecast {
     }
 
     fn restart(&mut self, stage: &Stage) {
-        if self.shown.is_some() {
+        if self.shown.is_some() || self.coming.is_some() {
             let of = circumstances(stage);
+            self.coming = None;
             self.restart_trial(stage);
             self.refresh(stage, of);
         }

@@ -11,11 +11,11 @@ mod single_bodies;
 
 use bevy_ecs::prelude::*;
 pub use cure::as_good_as;
-use modes::Stepping;
+use modes::{MOST_COORDINATES, Stepping};
 pub use natural::{NaturalMode, NaturalModes, natural_modes};
 pub(crate) use single_bodies::restoring_rate;
 
-use crate::groups::{Coupled, Groups, coming_couplings, couplings};
+use crate::groups::{Coupling, Groups, coming_couplings, couplings};
 use crate::laws::damping::Damping;
 use crate::laws::own::OwnLaws;
 use crate::laws::{MutualGravity, SharedLaws};
@@ -223,24 +223,10 @@ impl Margins {
         Self::compute(world, method, true)
     }
 
-    fn compute(world: &World, method: Method, springs: bool) -> Self {
-        let TimeStep(tick) = *world.get_resource().expect(NO_STEPPER);
-        if tick <= 0.0 || !may_be_stiff(world) {
-            return Self::default();
-        }
-        let substeps = Substeps::count(world.get_resource());
-        let may_be_implicit = !world.contains_resource::<MutualGravity>();
-        let scenes = Stepping { method, tick, substeps, may_be_implicit };
-        let mut margins = Self::default();
-        let coming = coming_couplings(world);
-        margins.add_single_bodies(world, scenes, coming.as_deref());
-        margins.add_groups(world, scenes, coming.as_deref(), springs);
-        margins.list.sort_by(|a, b| {
-            let rank = |margin: &Margin| (margin.is_unstable(), margin.may_be_unstable());
-            let by_ratio = b.ratio().total_cmp(&a.ratio());
-            rank(b).cmp(&rank(a)).then(by_ratio).then(b.value.total_cmp(&a.value))
-        });
-        margins
+    fn compute(world: &World, method: Method, with_springs: bool) -> Self {
+        let mut margins = MarginsInParts::new(with_springs);
+        margins.advance(world, method, usize::MAX);
+        margins.into_margins()
     }
 
     /// Largest memory that the margin of a group of `bodies` bodies takes, bytes.
@@ -262,27 +248,84 @@ impl Margins {
     pub fn springs(&self) -> &[SpringMargin] {
         &self.springs
     }
+}
 
-    fn add_groups(
+/// Margins of stability that are computed some groups at a time: those of thousands of groups take a second.
+#[derive(Clone, Debug)]
+pub struct MarginsInParts {
+    margins: Margins,
+    with_springs: bool,
+    /// Number of groups that are done.
+    groups: usize,
+}
+
+impl MarginsInParts {
+    /// Margins of which none is computed yet, with [`Margins::springs`] if `with_springs`.
+    #[must_use]
+    pub const fn new(with_springs: bool) -> Self {
+        let margins = Margins { list: Vec::new(), springs: Vec::new() };
+        Self { margins, with_springs, groups: 0 }
+    }
+
+    /// Continues with the next groups of `world` until `work` is used up: some 200 units per group of two bodies, and 2,000 per larger
+    /// one, at least one group. Returns whether all groups are done. If the groups of the world change in between, begin again.
+    ///
+    /// # Panics
+    /// If no stepper was made for `world`.
+    pub fn advance(&mut self, world: &World, method: Method, work: usize) -> bool {
+        let TimeStep(tick) = *world.get_resource().expect(NO_STEPPER);
+        if tick <= 0.0 || !may_be_stiff(world) {
+            return true;
+        }
+        let substeps = Substeps::count(world.get_resource());
+        let may_be_implicit = !world.contains_resource::<MutualGravity>();
+        let scenes = Stepping { method, tick, substeps, may_be_implicit };
+        let coming = coming_couplings(world);
+        if self.groups == 0 {
+            self.margins.add_single_bodies(world, scenes, coming.as_deref());
+        }
+        let mut used = 0;
+        for (coupling, bodies) in couplings(world, coming.as_deref()).skip(self.groups) {
+            if used >= work {
+                return false;
+            }
+            used += (3 * coupling.movable).min(MOST_COORDINATES).pow(3);
+            self.add_group(world, scenes, coupling, bodies);
+            self.groups += 1;
+        }
+        self.margins.list.sort_by(|a, b| {
+            let rank = |margin: &Margin| (margin.is_unstable(), margin.may_be_unstable());
+            let by_ratio = b.ratio().total_cmp(&a.ratio());
+            rank(b).cmp(&rank(a)).then(by_ratio).then(b.value.total_cmp(&a.value))
+        });
+        true
+    }
+
+    fn add_group(
         &mut self,
         world: &World,
         scenes: Stepping,
-        coming: Option<&[Coupled]>,
-        springs: bool,
+        coupling: &Coupling,
+        bodies: &[Entity],
     ) {
-        for (coupling, bodies) in couplings(world, coming) {
-            // The others get the method and substeps of the first.
-            let first = bodies.first().and_then(|body| world.get_entity(*body).ok());
-            let substeps = first.and_then(|body| body.get::<OwnSubsteps>());
-            let stepping = Stepping {
-                method: first.and_then(own_method).unwrap_or(scenes.method),
-                substeps: substeps.map_or(scenes.substeps, |substeps| substeps.0.max(1)),
-                ..scenes
-            };
-            let spring_margins = springs.then_some(&mut self.springs);
-            self.list.extend(groups::margin(world, coupling, bodies, stepping, spring_margins));
-            self.list.extend(groups::attraction_margin(world, coupling, bodies, stepping));
-        }
+        // The others get the method and substeps of the first.
+        let first = bodies.first().and_then(|body| world.get_entity(*body).ok());
+        let substeps = first.and_then(|body| body.get::<OwnSubsteps>());
+        let stepping = Stepping {
+            method: first.and_then(own_method).unwrap_or(scenes.method),
+            substeps: substeps.map_or(scenes.substeps, |substeps| substeps.0.max(1)),
+            ..scenes
+        };
+        let Margins { list, springs } = &mut self.margins;
+        let springs = self.with_springs.then_some(springs);
+        list.extend(groups::margin(world, coupling, bodies, stepping, springs));
+        list.extend(groups::attraction_margin(world, coupling, bodies, stepping));
+    }
+
+    /// The margins of the groups that are done.
+    #[must_use]
+    pub fn into_margins(self) -> Margins {
+        self.margins
     }
 }
 

@@ -6,7 +6,7 @@ use bevy_ecs::prelude::*;
 use history::RunSettings;
 use lab::trial::{Ahead, Trial};
 use motion::internals::Groups;
-use motion::margin::Margins;
+use motion::margin::{Margins, MarginsInParts};
 use report::ForecastRow;
 use report::numbers::capital;
 
@@ -17,13 +17,16 @@ use crate::words::with_titles;
 /// How long margins are shown before they are computed again, s: speeds and distances change all the time.
 pub(super) const FRESH_S: f64 = 0.25;
 
-/// How long the margins of a large net are shown before they are computed again, s: computing them takes up to a second (`meadow`).
+/// How long the margins of a large net are shown before they are computed again, s.
 pub(super) const FRESH_LARGE_S: f64 = 10.0;
 /// Number of springs above which a net is large.
 pub(super) const LARGE_NET: usize = 5_000;
 
 /// Work of the trial in a frame: some 2 ms.
 const WORK_OF_FRAME: f64 = 8e4;
+
+/// Work of margins in a frame: some 8 ms (`meadow` takes a hundred frames).
+const MARGINS_OF_FRAME: usize = 6_000;
 
 /// How much farther the trial of an open panel looks than that of the start of a run.
 const FARTHER: f64 = 10.0;
@@ -60,6 +63,10 @@ fn in_order([a, b]: [Entity; 2]) -> [Entity; 2] {
 #[derive(Default)]
 pub(crate) struct Forecast {
     pub(super) shown: Option<Shown>,
+    /// The margins that will be shown next, and of what.
+    pub(super) coming: Option<(Circumstances, MarginsInParts)>,
+    /// The margins of the start of the scene, until all of them are computed.
+    start: Option<MarginsInParts>,
     trial: Option<Trial>,
     /// Rows of the trial, and how much of it is done.
     tried: Vec<ForecastRow>,
@@ -93,21 +100,35 @@ impl Forecast {
         self.shown.as_ref().map(|shown| shown.springs.get(&in_order(ends)).copied().unwrap_or(0.0))
     }
 
-    /// Begins the forecast at the start of a scene with frames of that length, s: the margins now, and a trial that
-    /// [goes on](Self::advance).
+    /// Begins the forecast at the start of a scene with frames of that length, s: margins and a trial that
+    /// [go on](Self::advance).
     pub fn begin(&mut self, stage: &mut Stage, frame: f64) {
         stage.expect_frame(frame);
-        let margins = margins(stage);
-        self.at_start = ForecastRow::of_margins(stage.sim(), &margins);
+        self.at_start.clear();
+        self.start = Some(MarginsInParts::new(false));
         self.trial = Some(Trial::new(stage.sim(), Ahead::DEFAULT));
         (self.tried, self.begins, self.since) = (Vec::new(), true, stage.sim().seconds());
+        self.advance_start(stage, MARGINS_OF_FRAME);
+    }
+
+    /// Continues the margins of the start. Returns whether all of them are known.
+    fn advance_start(&mut self, stage: &mut Stage, work: usize) -> bool {
+        let Some(mut margins) = self.start.take() else { return true };
+        let sim = stage.sim();
+        if !margins.advance(&sim.world, sim.method(), work) {
+            self.start = Some(margins);
+            return false;
+        }
+        self.at_start = ForecastRow::of_margins(sim, &margins.into_margins());
         self.keep_listed(stage);
+        true
     }
 
     /// Computes the forecast at the start of a scene with frames of that length, s. Keeps the rows with a fault and those that grow
     /// slowly for the summary; tells and returns those with a fault.
     pub fn compute(&mut self, stage: &mut Stage, frame: f64) -> Vec<ForecastRow> {
         self.begin(stage, frame);
+        self.advance_start(stage, usize::MAX);
         self.advance(stage, f64::INFINITY);
         self.at_start.iter().filter(|row| row.is_fault()).cloned().collect()
     }
@@ -149,6 +170,9 @@ impl Forecast {
         if !open && !self.begins {
             self.trial = None;
         }
+        if !self.advance_start(stage, MARGINS_OF_FRAME) {
+            return;
+        }
         let ahead = self.tried.iter().filter_map(ForecastRow::tried);
         let shortest = ahead.map(|tried| tried.seconds).fold(f64::INFINITY, f64::min);
         let passed = stage.sim().seconds() - self.since;
@@ -171,15 +195,22 @@ impl Forecast {
         self.begins = false;
     }
 
+    /// Continues the margins of the present state, and shows them once all of them are known.
     pub(super) fn refresh(&mut self, stage: &Stage, of: Circumstances) {
-        let method = stage.sim().method();
-        let found = Margins::with_springs(&stage.sim().world, method);
+        let (sim, coming) = (stage.sim(), self.coming.take().filter(|(known, _)| *known == of));
+        let mut parts = coming.map_or_else(|| MarginsInParts::new(true), |(_, parts)| parts);
+        if !parts.advance(&sim.world, sim.method(), MARGINS_OF_FRAME) {
+            self.shown.take_if(|shown| shown.of != of);
+            self.coming = Some((of, parts));
+            return;
+        }
+        let found = parts.into_margins();
         let mut springs = HashMap::new();
         for spring in found.springs() {
             let ratio: &mut f64 = springs.entry(in_order(spring.ends)).or_default();
             *ratio = ratio.max(spring.ratio);
         }
-        let margins = ForecastRow::of_margins(stage.sim(), &found);
+        let margins = ForecastRow::of_margins(sim, &found);
         self.shown = Some(Shown { of, age: 0.0, margins, springs });
         self.list();
     }
@@ -195,13 +226,8 @@ impl Forecast {
 pub(crate) fn rows(stage: &Stage) -> Vec<ForecastRow> {
     let mut trial = Trial::new(stage.sim(), Ahead::DEFAULT);
     trial.finish();
-    let margins = margins(stage);
+    let margins = Margins::of(&stage.sim().world, stage.sim().method());
     ForecastRow::of(stage.sim(), &margins, &trial)
-}
-
-fn margins(stage: &Stage) -> Margins {
-    let method = stage.sim().method();
-    Margins::of(&stage.sim().world, method)
 }
 
 pub(super) fn circumstances(stage: &Stage) -> Circumstances {
