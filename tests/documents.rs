@@ -4,9 +4,11 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
+use glam::DVec3;
+use history::Simulation;
 use lab::cost::Report;
 use motion::effects::Effect;
-use motion::{Claims, METHODS};
+use motion::{Claims, METHODS, Transform};
 use sandbox::{actions, methods};
 use tempfile::TempDir;
 
@@ -66,6 +68,21 @@ fn every_method_is_counted_in_the_readme_and_has_a_planet_in_the_race() {
             claims.name
         );
     }
+    let mut race = Simulation::new(race);
+    (0..540).for_each(|_| race.tick());
+    let off = |name: &str| {
+        let place =
+            |name: &str| race.world.get::<Transform>(race.named(name).unwrap()).unwrap().position;
+        // The far end of an orbit of a semi-major axis of 10 m and an eccentricity of 0.6.
+        place(name).distance(place(&format!("{name}_sun")) + DVec3::X * 16.0)
+    };
+    let said = format!(
+        "explicit Euler is {:.1} m from where its planet should be, velocity Verlet {:.0} cm, Runge-Kutta 4\n{:.2} mm.",
+        off("explicit_euler"),
+        1e2 * off("velocity_verlet"),
+        1e3 * off("runge_kutta_4")
+    );
+    assert!(read("README.md").contains(&said), "README.md does not say {said:?}");
 }
 
 #[test]

@@ -2,7 +2,7 @@
 //! the stage.
 
 pub(crate) mod arrows;
-mod art;
+pub(crate) mod art;
 pub(crate) mod camera;
 pub(crate) mod card;
 pub(crate) mod flash;

@@ -17,7 +17,7 @@ impl Shell {
         let orders = self.session.stage.take_orders();
         for order in orders {
             if let Err(why) = self.carry_out(order) {
-                self.session.stage.notices.say(Topic::File, why);
+                self.session.stage.notices.say(Topic::FileError, why);
             }
         }
     }
@@ -73,7 +73,7 @@ impl Shell {
                 None => self.shots.push(shot),
                 Some(image) => {
                     if let Err(why) = self.finish(&shot, image.ok().as_ref()) {
-                        self.session.stage.notices.say(Topic::File, why);
+                        self.session.stage.notices.say(Topic::FileError, why);
                     }
                 }
             }

@@ -142,7 +142,7 @@ impl Shell {
         }
         if let Some(lesson) = &link.lesson {
             if let Err(why) = shell.begin_lesson(lesson) {
-                shell.session.stage.notices.say(Topic::File, why);
+                shell.session.stage.notices.say(Topic::FileError, why);
             }
         }
         if let Some(draft) = left_behind.filter(|_| !link.bare) {
@@ -283,7 +283,7 @@ impl Shell {
 
     fn tell(&mut self, done: Result<(), String>) {
         if let Err(why) = done {
-            self.session.stage.notices.say(Topic::File, why);
+            self.session.stage.notices.say(Topic::FileError, why);
         }
         self.frames.wake();
     }

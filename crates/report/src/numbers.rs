@@ -250,7 +250,7 @@ pub fn fold(factor: f64) -> String {
 const RAISED: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
 
 /// A power of ten with its exponent in superscript.
-fn power_of_ten(exponent: i32) -> String {
+pub fn power_of_ten(exponent: i32) -> String {
     if exponent == 0 {
         return "1".to_owned();
     }

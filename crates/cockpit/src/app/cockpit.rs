@@ -7,16 +7,19 @@ mod fault;
 mod hints;
 mod toolbar;
 
-use egui::{Align2, Area, Color32, Frame, Id, Panel as Side, Pos2, Rect, Response, Ui};
+use egui::{Align2, Area, Color32, Frame, Id, Panel as Side, Pos2, Rect, Response, RichText, Ui};
 
 use self::browser::Browser;
 use self::fault::FaultBar;
 use crate::intent::Intent;
 use crate::panels::{Panel, Tab};
 use crate::stage::Stage;
+use crate::stage::notices::Topic;
 use crate::tools::tool::{Desk, Tool as _};
 use crate::tools::{Tools, learn};
 use crate::view::View;
+use crate::view::inks;
+use crate::view::marks::FAULT;
 
 /// Least width of the screen at which the scene browser is open by default, points.
 const ROOM_FOR_BROWSER: f32 = 1200.0;
@@ -47,6 +50,17 @@ fn bar(root: &Ui, name: &str, free: &mut Rect, add: impl FnOnce(&mut Ui)) {
         });
     });
     free.max.y = shown.response.rect.top();
+}
+
+/// Lays out the bar that says why a file was not written or opened.
+fn files_bar(root: &Ui, free: &mut Rect, stage: &mut Stage) {
+    let Some(why) = stage.notices.file_error().map(str::to_owned) else { return };
+    bar(root, "file", free, |ui| {
+        ui.label(RichText::new(why).color(inks::words(ui.visuals(), FAULT)));
+        if ui.button("Close").clicked() {
+            stage.notices.retract(Topic::FileError);
+        }
+    });
 }
 
 /// A part of the cockpit that can get the keyboard.
@@ -264,6 +278,7 @@ impl Cockpit {
         // These bars come and go: they lie over the view, and nothing moves.
         self.free = root.available_rect_before_wrap();
         self.fault.show(root, &mut self.free, stage, intents);
+        files_bar(root, &mut self.free, stage);
         away::show(root, &mut self.free, stage, view, &mut self.seen, intents);
         self.opened = opened.to_owned();
     }

@@ -80,8 +80,7 @@ pub(super) fn lay_out(
         return intents;
     }
     let painter = context.layer_painter(LayerId::new(egui::Order::Background, Id::unique("hud")));
-    let painter = painter.with_clip_rect(ui.view);
-    let free = if docks { ui.cockpit.free } else { ui.view };
+    let painter = painter.with_clip_rect(if docks { ui.cockpit.free } else { ui.view });
     let has_all = words == Words::All;
     let mut taken = if has_all { hud::places(&painter, stage, view) } else { Vec::new() };
     // In the cockpit an open lesson says what there is to see.
@@ -89,13 +88,14 @@ pub(super) fn lay_out(
         let lesson = tools.learn.caption().filter(|_| ui.shows(Panel::Learn));
         let words = lesson.or_else(|| stage.caption.clone());
         let words = words.unwrap_or_else(|| stage.sim().scene.description.clone());
-        taken.extend(hud::caption(&painter.with_clip_rect(free), stage, view, &words));
+        taken.extend(hud::caption(&painter, stage, view, &words));
     }
     if let Some(marked) = tools.learn.marked(stage, view) {
         let lines = [(5.0, Color32::from_black_alpha(140)), (2.5, marks::POINTER)];
         marks::ring(&painter, &marked, &lines);
         taken.push(marks::ring_place(&painter, &marked));
     }
+    taken.extend(tools.editor.places(stage, view, &painter));
     marks::show(&painter, &view.visible_labels(stage), &mut taken);
     taken.extend(view.fault_mark(stage).map(|mark| marks::show_mark(&painter, &mark)));
     for (panel, tool) in tools.each() {

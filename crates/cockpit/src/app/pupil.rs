@@ -14,6 +14,8 @@ use crate::app::player::Player;
 use crate::app::script;
 use crate::app::session::Session;
 use crate::clock::FrameClock;
+#[cfg(test)]
+use crate::input::Input;
 use crate::input::InputFrame;
 use crate::intent::Intent;
 use crate::stage::Order;
@@ -107,6 +109,13 @@ impl Pupil {
             let Ok(time) = self.clock.advance_by(1.0 / self.fps) else { return };
             self.session.advance(&InputFrame::NOTHING, time);
         }
+    }
+
+    /// A frame in which the window gets another size.
+    #[cfg(test)]
+    pub(crate) fn resize(&mut self, size_px: [u32; 2]) {
+        let time = self.clock.advance_by(1.0 / self.fps).expect("a time");
+        self.session.advance(&InputFrame::from_iter([Input::Resized(size_px)]), time);
     }
 
     /// Waits until the present step has begun.

@@ -198,7 +198,7 @@ impl Session {
 
     /// Lays out the panels for this frame and carries out the intents of the person.
     pub(crate) fn lay_out_panels(&mut self, time: FrameTime) {
-        self.stage.notices.expire(time.total());
+        self.stage.notices.expire(time.total(), self.view.has_bars());
         self.view.expire_flash(time.total());
         let Self { stage, view, tools, ui, .. } = self;
         let (mut intents, text) = (Vec::new(), Arc::clone(&stage.sim().scene.text));

@@ -14,6 +14,8 @@ const MOST_REFUSALS: usize = 16;
 pub enum Topic {
     /// A file that was written or opened; stays true when the run ends.
     File,
+    /// A file that was not written or opened: with bars, told until it is closed.
+    FileError,
     /// A fault of the run.
     Fault,
     /// What the forecast found.
@@ -58,6 +60,9 @@ impl Notices {
     /// Shows a notice for a few seconds; replaces the notice of the same topic, if any.
     pub fn say(&mut self, topic: Topic, text: impl Into<String>) {
         let text = text.into();
+        if topic == Topic::File {
+            self.retract(Topic::FileError);
+        }
         if topic == Topic::Other {
             self.shown.retain(|notice| notice.text != text);
             let others = self.shown.iter().filter(|notice| notice.topic == topic).count();
@@ -93,7 +98,7 @@ impl Notices {
 
     /// Removes the notices about a run that has ended.
     pub(crate) fn retract_run(&mut self) {
-        self.shown.retain(|notice| notice.topic == Topic::File);
+        self.shown.retain(|notice| matches!(notice.topic, Topic::File | Topic::FileError));
     }
 
     pub(crate) fn clear(&mut self) {
@@ -101,8 +106,17 @@ impl Notices {
     }
 
     /// Drops the notices whose display time is over at `now`, s. That of a new one begins now.
-    pub(crate) fn expire(&mut self, now: f64) {
-        self.shown.retain_mut(|notice| now <= *notice.until.get_or_insert(now + NOTICE_S));
+    pub(crate) fn expire(&mut self, now: f64, has_bars: bool) {
+        self.shown.retain_mut(|notice| {
+            let stays = has_bars && notice.topic == Topic::FileError;
+            let length = if stays { f64::INFINITY } else { NOTICE_S };
+            now <= *notice.until.get_or_insert(now + length)
+        });
+    }
+
+    /// What is told of a file until it is closed.
+    pub(crate) fn file_error(&self) -> Option<&str> {
+        self.shown.iter().find(|notice| notice.topic == Topic::FileError).map(|it| &*it.text)
     }
 
     /// When the next notice disappears, s; `now` if one has not been seen yet, infinity if there are no notices.
@@ -114,7 +128,10 @@ impl Notices {
     /// is not told again.
     pub(crate) fn in_picture(&self, has_bars: bool) -> impl Iterator<Item = &str> {
         let is_told = self.shown.iter().any(|it| it.topic == Topic::Fault);
-        let in_bar = move |topic| topic == Topic::Fault || (is_told && topic == Topic::Forecast);
+        let in_bar = move |topic| {
+            matches!(topic, Topic::Fault | Topic::FileError)
+                || (is_told && topic == Topic::Forecast)
+        };
         let shown = self.shown.iter().filter(move |it| !has_bars || !in_bar(it.topic));
         shown.map(|notice| notice.text.as_str())
     }

@@ -29,13 +29,17 @@ use crate::clock::FrameTime;
 use crate::intent::Intent;
 use crate::stage::Stage;
 use crate::tools::tool::{Anchor, Desk, Tool};
-use crate::view::inks;
-use crate::view::marks::FAULT;
-use crate::view::{Mode, View};
+use crate::view::art::wells;
+use crate::view::labels::Label;
+use crate::view::marks::{self, FAULT, POINTER};
+use crate::view::{Mode, View, inks};
 use crate::words::{label, plain};
 
 /// Size of an added object, as a fraction of its distance.
 const SIZE: f64 = 0.015;
+
+/// Radius of what marks a well, pixels.
+const WELL_PX: f64 = 14.0;
 
 /// Least distance at which an object is added, m.
 const NEAREST: f64 = 0.01;
@@ -95,6 +99,12 @@ impl Editor {
             file.map_or_else(|| format!("{}.ron", scene.name), |path| path.display().to_string())
         };
         self.typed_file.clone().unwrap_or_else(own)
+    }
+
+    /// The places of the arrows over the picture, points.
+    pub fn places(&self, stage: &Stage, view: &View, painter: &Painter) -> Vec<Rect> {
+        let seen = if self.has_handles { handles::seen(stage, view, painter) } else { Vec::new() };
+        seen.into_iter().map(|([a, b], _)| Rect::from_two_pos(a, b).expand(4.0)).collect()
     }
 
     /// Forgets what is being typed, and what is being dragged.
@@ -480,10 +490,19 @@ impl Tool for Editor {
         view: &View,
         painter: &Painter,
         _panel: Option<Rect>,
-        _taken: Vec<Rect>,
+        mut taken: Vec<Rect>,
     ) {
         if self.has_handles {
             handles::paint_handles(stage, view, painter);
+            let label = |well| {
+                let (at, _) = view.seen_at(well).filter(|(_, inside)| *inside)?;
+                Some(Label { at, reach: WELL_PX, text: "well".to_owned() })
+            };
+            let wells: Vec<_> = wells(&stage.sim().scene).into_iter().filter_map(label).collect();
+            for well in &wells {
+                marks::ring(painter, well, &[(2.0, POINTER)]);
+            }
+            marks::show(painter, &wells, &mut taken);
         }
     }
 }

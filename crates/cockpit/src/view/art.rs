@@ -67,12 +67,19 @@ impl Lamp {
     }
 }
 
+/// The places of wells, m.
+pub(crate) fn wells(scene: &Scene) -> Vec<DVec3> {
+    let own = scene.own_laws.values().flat_map(|laws| &laws.wells);
+    let wells = scene.laws.wells.iter().flat_map(|wells| &wells.0).chain(own);
+    let mut places: Vec<_> = wells.map(|well| well.position).collect();
+    places.dedup();
+    places
+}
+
 /// Ids of the balls that shine: those that are drawn where a well is, and among bodies that attract each other the one that has
 /// most of the mass.
 fn suns(scene: &Scene) -> Vec<u32> {
-    let own = scene.own_laws.values().flat_map(|laws| &laws.wells);
-    let wells = scene.laws.wells.iter().flat_map(|wells| &wells.0).chain(own);
-    let wells: Vec<_> = wells.map(|well| well.position).collect();
+    let wells = wells(scene);
     let mass = |body: &BodySpec| {
         let own = body.inverse_mass.map(f64::recip).filter(|mass| mass.is_finite());
         body.source_mass.or(own).unwrap_or_default()

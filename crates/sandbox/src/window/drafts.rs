@@ -57,7 +57,7 @@ impl Drafts {
         let unsaved = session.unsaved();
         let file = unsaved.as_ref().and_then(|_| session.tools.own_file());
         self.keep_text(unsaved.as_ref(), file.as_ref(), |words| {
-            session.stage.notices.say(Topic::File, words);
+            session.stage.notices.say(Topic::FileError, words);
         })
     }
 

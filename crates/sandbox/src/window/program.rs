@@ -55,11 +55,11 @@ impl Program for WindowProgram<'_> {
         session: &mut Session,
         outcome: Result<&Path, Failure>,
     ) -> Result<(), Failure> {
-        let words = match outcome {
-            Ok(path) => format!("wrote {}", path.display()),
-            Err(failure) => failure.to_string(),
+        let (topic, words) = match outcome {
+            Ok(path) => (Topic::File, format!("wrote {}", path.display())),
+            Err(failure) => (Topic::FileError, failure.to_string()),
         };
-        session.stage.notices.say(Topic::File, words);
+        session.stage.notices.say(topic, words);
         Ok(())
     }
 
@@ -82,7 +82,7 @@ impl Program for WindowProgram<'_> {
                     drafts::delete(draft);
                 }
             }
-            Err(error) => session.stage.notices.say(Topic::File, error.to_string()),
+            Err(error) => session.stage.notices.say(Topic::FileError, error.to_string()),
         }
     }
 

@@ -360,7 +360,7 @@ impl Shell {
                 let (frame, chosen) = (session.stage.playback().frames(), &session.chosen);
                 if let Err(failure) = recorder.record(frame, end, chosen.iter().chain(events)) {
                     let what = format!("the recording is written at the end: {failure}");
-                    session.stage.notices.say(Topic::File, what);
+                    session.stage.notices.say(Topic::FileError, what);
                 }
             }
         });

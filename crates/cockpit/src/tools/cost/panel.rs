@@ -9,7 +9,7 @@ use lab::IS_THREAD_TIME;
 use lab::cost::{Accuracy, Cell, Cost, Outcome, Setting, Study};
 use motion::Method;
 use report::ink;
-use report::numbers::{digits, fold, length, share};
+use report::numbers::{digits, fold, length, number, power_of_ten, share};
 
 use crate::intent::Intent;
 use crate::tools::cost::state::{self, SHARE};
@@ -96,7 +96,8 @@ fn head(ui: &mut Ui, study: &Study, progress: f64) -> (bool, bool) {
         } else {
             let Study { simulated_s, bodies, .. } = study;
             let s = if *bodies == 1 { "y" } else { "ies" };
-            let words = format!("{bodies} bod{s}, {simulated_s:.3} s from the start, on a copy");
+            let time = number(*simulated_s, 3);
+            let words = format!("{bodies} bod{s}, {time} s from the start, on a copy");
             ui.add(Label::new(words).truncate());
         }
         (again, uses)
@@ -188,7 +189,8 @@ fn plot(ui: &mut Ui, study: &Study, axes: Axes, present: Setting, width: f32) ->
         Method::ALL.into_iter().flat_map(|method| dots(study, axes, method)).collect();
     let decade =
         |mark: egui_plot::GridMark, _: &std::ops::RangeInclusive<f64>| match mark.value.fract() {
-            0.0 => format!("1e{:.0}", mark.value),
+            #[expect(clippy::cast_possible_truncation, reason = "decades")]
+            0.0 if !all.is_empty() => power_of_ten(mark.value as i32),
             _ => String::new(),
         };
     let decades = |input: egui_plot::GridInput| {

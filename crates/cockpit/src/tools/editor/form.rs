@@ -196,7 +196,8 @@ impl Form {
                 {
                     changes.push(Change::set(path, field.key, edited.to_string()));
                 }
-                let removes = ui.small_button("x").on_hover_text("Remove; the default applies.");
+                let removes =
+                    ui.small_button("\u{1f5d1}").on_hover_text("Remove; the default applies.");
                 if removes.clicked() {
                     changes.push(Change::Set {
                         group: path.to_owned(),

@@ -1,6 +1,6 @@
 //! Handles at the selection: arrows along the axes that move its entry when they are dragged.
 
-use egui::{Color32, Painter, Stroke};
+use egui::{Color32, Painter, Pos2, Stroke};
 use glam::{DQuat, DVec3};
 use motion::{Orientation, SoftBody};
 use pick::Shape;
@@ -110,16 +110,19 @@ impl Handle {
     }
 }
 
+/// The arrows of the selection in the picture: their ends, points, and their colors.
+pub(super) fn seen(stage: &Stage, view: &View, painter: &Painter) -> Vec<([Pos2; 2], Color32)> {
+    let Some((from, length)) = arrows(stage, view) else { return Vec::new() };
+    let at = |place| Some(point(painter, view.seen_at(place)?.0));
+    let seen = |(axis, color)| Some(([at(from)?, at(from + axis * length)?], color));
+    AXES.into_iter().filter_map(seen).collect()
+}
+
 /// Paints the arrows of the selection over the picture: inside a body, or behind one, they would not be seen.
 pub(super) fn paint_handles(stage: &Stage, view: &View, painter: &Painter) {
-    let Some((from, length)) = arrows(stage, view) else { return };
-    for (axis, color) in AXES {
-        let ends = [from, from + axis * length]
-            .map(|place| view.seen_at(place).map(|(at, _)| point(painter, at)));
-        if let [Some(tail), Some(tip)] = ends {
-            for (width, color) in [(5.0, Color32::from_black_alpha(160)), (3.0, color)] {
-                painter.arrow(tail, tip - tail, Stroke::new(width, color));
-            }
+    for ([tail, tip], color) in seen(stage, view, painter) {
+        for (width, color) in [(5.0, Color32::from_black_alpha(160)), (3.0, color)] {
+            painter.arrow(tail, tip - tail, Stroke::new(width, color));
         }
     }
 }

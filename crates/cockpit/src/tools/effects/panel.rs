@@ -21,15 +21,24 @@ const NAME: f32 = 110.0;
 /// Size of the causes in the dock, points: a scene with everything in it has 19 of them.
 const CAUSE: f32 = 11.0;
 
-/// Lays out the panel. Returns whether the effects are to be measured.
+/// Lays out the panel: what the scene has, and the rest folded. Returns whether the effects are to be measured.
 pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>, rows: &[ReceiptLine], measures: bool) -> bool {
     mouse_hint(ui, desk.view);
+    let (here, more): (Vec<_>, Vec<_>) =
+        rows.iter().partition(|row| row.state != EffectState::NotDeclared);
+    table(ui, desk, "effects", &here);
+    ui.collapsing(format!("{} more", more.len()), |ui| table(ui, desk, "more effects", &more));
+    let button = ui.add_enabled(!measures, Button::new("Measure costs"));
+    button.on_hover_text("runs a copy of the scene with and without each effect").clicked()
+}
+
+fn table(ui: &mut Ui, desk: &mut Desk<'_>, name: &str, rows: &[&ReceiptLine]) {
     // The dock is not wide enough for a column of causes: there, the causes are below the names.
     let narrow = desk.dock_width.is_some();
     let headings = ["", "bodies", "calls", "ns", "share", "bytes", "because"];
     let columns = if narrow { NARROW } else { headings.len() };
     let gap = if narrow { 8.0 } else { 10.0 };
-    Grid::new("effects").num_columns(columns).striped(true).spacing([gap, 2.0]).show(ui, |ui| {
+    Grid::new(name).num_columns(columns).striped(true).spacing([gap, 2.0]).show(ui, |ui| {
         for (i, heading) in headings[..columns].iter().enumerate() {
             let heading = ui.weak(*heading);
             if matches!(i, 2 | 3) {
@@ -61,7 +70,11 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>, rows: &[ReceiptLine], measu
                             .on_hover_text(hint);
                     }
                 }
-                if let Some(because) = row.because.as_deref().filter(|_| narrow) {
+                if let Some(because) = row
+                    .because
+                    .as_deref()
+                    .filter(|because| narrow && plain(because) != plain(row.name))
+                {
                     ui.set_max_width(NAME);
                     ui.add(
                         egui::Label::new(RichText::new(plain(because)).size(CAUSE).weak()).wrap(),
@@ -86,6 +99,4 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>, rows: &[ReceiptLine], measu
             ui.end_row();
         }
     });
-    let button = ui.add_enabled(!measures, Button::new("Measure costs"));
-    button.on_hover_text("runs a copy of the scene with and without each effect").clicked()
 }

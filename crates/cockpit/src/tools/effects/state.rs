@@ -136,7 +136,7 @@ pub fn picture_rows(stage: &Stage, view: &View) -> [ReceiptLine; 7] {
         ),
         row("picking", shapes > 0, shapes, picked, "pictures and the pointer"),
         match shadows {
-            true => row("shadows", options.pictures, shapes, 0, "light.shadows"),
+            true => row("shadows", options.pictures, shapes, 0, "the light"),
             false => ReceiptLine::of("shadows", EffectState::NotDeclared),
         },
         row("arrows", arrows, movable, 0, "keys 1 and 2"),

@@ -188,27 +188,36 @@ fn line(
 struct Around {
     /// The panel, which would cover labels.
     panel: Rect,
-    /// The right edge of the screen.
-    right: f32,
+    /// What labels have to stay in.
+    screen: Rect,
 }
 
 /// Arranges labels, each with its point and its size. A label is above and to the right of its point, to the left if it would
-/// leave the screen, beside the panel if that would cover it, and lower if it would overlap another label or `taken`.
+/// leave the screen, beside the panel if that would cover it, and lower, or higher at the bottom, if it would overlap another label or
+/// `taken`.
 fn arranged(words: &[(Pos2, Vec2)], mut taken: Vec<Rect>, around: &Around) -> Vec<Rect> {
     let mut order: Vec<_> = (0..words.len()).collect();
     order.sort_by(|a, b| words[*a].0.y.total_cmp(&words[*b].0.y));
     let mut places = vec![Rect::NOTHING; words.len()];
     for i in order {
         let (at, size) = words[i];
-        let fits = at.x + ASIDE + size.x <= around.right;
+        let fits = at.x + ASIDE + size.x <= around.screen.right();
         let left = if fits { at.x + ASIDE } else { at.x - ASIDE - size.x };
         let mut place = Rect::from_min_size(Pos2::new(left, at.y - ASIDE - size.y), size);
         if place.intersects(around.panel) {
             place = place.translate(Vec2::X * (around.panel.right() + ASIDE - place.left()));
         }
-        while let Some(other) = taken.iter().find(|other| other.intersects(place)) {
-            place = place.translate(Vec2::Y * (other.bottom() + BETWEEN - place.top()));
-        }
+        let clear = |mut place: Rect, down: bool| {
+            while let Some(other) = taken.iter().find(|other| other.intersects(place)) {
+                let below = other.bottom() + BETWEEN - place.top();
+                let above = other.top() - BETWEEN - place.bottom();
+                place = place.translate(Vec2::Y * if down { below } else { above });
+            }
+            place
+        };
+        let lower = clear(place, true);
+        let fits = lower.bottom() <= around.screen.bottom();
+        place = if fits { lower } else { clear(place, false) };
         taken.push(place);
         places[i] = place;
     }
@@ -229,8 +238,7 @@ pub(super) fn show_labels(
         (words, (point(painter, label.at), size + Vec2::X * (2.0 * DOT + GAP)))
     };
     let (words, sizes): (Vec<_>, Vec<_>) = labels.iter().map(write).unzip();
-    let around =
-        Around { panel: panel.unwrap_or(Rect::NOTHING), right: painter.clip_rect().right() };
+    let around = Around { panel: panel.unwrap_or(Rect::NOTHING), screen: painter.clip_rect() };
     let places = arranged(&sizes, taken, &around);
     for (((label, words), (at, _)), place) in labels.iter().zip(words).zip(sizes).zip(places) {
         let ink = color(label.ink.srgb);
@@ -249,8 +257,9 @@ mod tests {
     #[test]
     fn words_stand_beside_their_places_and_not_on_anything_else() {
         let size = Vec2::new(90.0, 16.0);
-        let around =
-            Around { panel: Rect::from_min_max(Pos2::ZERO, Pos2::new(200.0, 300.0)), right: 640.0 };
+        let panel = Rect::from_min_max(Pos2::ZERO, Pos2::new(200.0, 300.0));
+        let screen = Rect::from_min_max(Pos2::ZERO, Pos2::new(640.0, 480.0));
+        let around = Around { panel, screen };
         let label = Rect::from_min_size(Pos2::new(320.0, 165.0), Vec2::new(60.0, 20.0));
         let crowd: Vec<_> = (0..10_u8)
             .map(|i| (Pos2::new(300.0 + f32::from(i), 200.0 + 3.0 * f32::from(i % 4)), size))
@@ -268,6 +277,8 @@ mod tests {
             alone(Pos2::new(600.0, 100.0)).right_bottom(),
             Pos2::new(600.0 - ASIDE, 100.0 - ASIDE)
         );
+        let low = arranged(&[(Pos2::new(300.0, 470.0), size); 9], Vec::new(), &around);
+        assert!(low.iter().all(|place| screen.contains_rect(*place)), "{low:?}");
         let beside = alone(Pos2::new(50.0, 100.0));
         assert!(!beside.intersects(around.panel) && (beside.bottom() + ASIDE - 100.0).abs() < 1e-3);
     }
