@@ -9,6 +9,7 @@ use sandbox::input::{Button, Input, InputFrame};
 use sandbox::player::Player;
 use sandbox::{Mode, Options, Order, Session, Words};
 use scene::{Scene, Script};
+use tempfile::TempDir;
 
 use crate::rigs::{
     CHANNEL, Difference, FILM_SIZE, Film, Studio, assert_pictures, blesses, change, compared, down,
@@ -386,6 +387,24 @@ fn other_tiles(a: &Image, b: &Image) -> usize {
         a.iter().zip(b).any(|(a, b)| a.abs_diff(b) > OFF)
     };
     tiles.filter(differs).count()
+}
+
+#[test]
+fn the_pictures_of_the_documents_show_the_window_of_this_program() {
+    let folder = TempDir::new().unwrap();
+    let mut script = Command::new("bash");
+    script.arg(root().join("scripts/pictures")).arg(folder.path()).env("SANDBOX", program());
+    let out = script.output().unwrap();
+    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+    let (wanted, evidence) = (root().join("docs/window"), root().join("target/pictures/window"));
+    let other = std::fs::read_dir(&wanted).unwrap().filter_map(|stored| {
+        let file = stored.unwrap().file_name();
+        let picture = Image::read_png(folder.path().join(&file)).unwrap();
+        let name = file.to_str().unwrap().strip_suffix(".png").unwrap();
+        compared(&picture, name, &wanted, &evidence, blesses()).err()
+    });
+    let other: Vec<_> = other.collect();
+    assert!(other.is_empty(), "{}", other.join("\n"));
 }
 
 #[test]
