@@ -194,7 +194,7 @@ fn the_first_lesson_is_done_by_mouse_alone() {
     cockpit.press("F");
     cockpit.click("Learn");
     cockpit.drive.ticks(3);
-    cockpit.click("1 What a force does");
+    cockpit.click("What a force does");
     cockpit.drive.ticks(3);
     begin_ordered(&mut cockpit);
     cockpit.press("F");

@@ -60,10 +60,21 @@ impl InstanceBuffer {
         pipeline: &wgpu::RenderPipeline,
         rows: Range<u32>,
     ) {
+        self.draw_vertices(pass, pipeline, 4, rows);
+    }
+
+    /// Draws that number of vertices for each of these rows.
+    pub fn draw_vertices(
+        &self,
+        pass: &mut wgpu::RenderPass<'_>,
+        pipeline: &wgpu::RenderPipeline,
+        vertices: u32,
+        rows: Range<u32>,
+    ) {
         if !rows.is_empty() {
             pass.set_pipeline(pipeline);
             pass.set_vertex_buffer(0, self.buffer.slice(..));
-            pass.draw(0..4, rows);
+            pass.draw(0..vertices, rows);
         }
     }
 }

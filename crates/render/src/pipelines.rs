@@ -8,6 +8,7 @@ pub(crate) const GLOBALS: &str = include_str!("../shaders/globals.wgsl");
 pub(crate) const LIGHT: &str = include_str!("../shaders/light.wgsl");
 pub(crate) const BODY: &str = include_str!("../shaders/body.wgsl");
 pub(crate) const BALL: &str = include_str!("../shaders/ball.wgsl");
+const EDGE: &str = include_str!("../shaders/edge.wgsl");
 const SKY: &str = include_str!("../shaders/sky.wgsl");
 const GROUND: &str = include_str!("../shaders/ground.wgsl");
 pub(crate) const PARTICLE: &str = include_str!("../shaders/particle.wgsl");
@@ -94,6 +95,8 @@ pub(crate) struct Pipelines {
     pub balls: BodyPipelines,
     /// Their edges, drawn after everything that is seen through them.
     pub ball_edges: wgpu::RenderPipeline,
+    /// The edges of boxes, [`EDGE_VERTICES`] per box.
+    pub box_edges: wgpu::RenderPipeline,
     pub sky: wgpu::RenderPipeline,
     /// Drawn in place of the sky if there is a ground.
     pub ground: wgpu::RenderPipeline,
@@ -103,6 +106,9 @@ pub(crate) struct Pipelines {
     pub sprite: wgpu::RenderPipeline,
     pub line: wgpu::RenderPipeline,
 }
+
+/// Vertices of the edges of a box.
+pub(crate) const EDGE_VERTICES: u32 = 72;
 
 /// The format and sample count that the pipelines draw to.
 pub(crate) struct Destination {
@@ -211,6 +217,7 @@ impl Pipelines {
         let module = |label, parts: &[&str]| module(device, label, parts);
         let body = module("body", &[GLOBALS, LIGHT, BODY]);
         let ball = module("ball", &[GLOBALS, LIGHT, BODY, BALL]);
+        let edge = module("edge", &[GLOBALS, LIGHT, BODY, EDGE]);
         let sky = module("sky", &[GLOBALS, SKY]);
         let ground = module("ground", &[GLOBALS, LIGHT, SKY, GROUND]);
         let particle = module("particle", &[GLOBALS, LIGHT, PARTICLE]);
@@ -311,6 +318,17 @@ impl Pipelines {
                 writes_depth: false,
                 blend: Some(wgpu::BlendState::ALPHA_BLENDING),
                 ..balls
+            }
+            .pipeline(device, &picture, to),
+            box_edges: Drawing {
+                label: "box edges",
+                shader: &edge,
+                vertex: "vs_edge",
+                fragment: Some("fs_edge"),
+                rows: &BALL_ROWS,
+                topology: wgpu::PrimitiveTopology::TriangleList,
+                writes_depth: false,
+                ..overlay
             }
             .pipeline(device, &picture, to),
             ground: Drawing {

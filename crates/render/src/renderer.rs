@@ -12,7 +12,7 @@ use crate::{
     buffers::{Bodies, InstanceBuffer},
     mesh::Mesh,
     panels::PanelPainter,
-    pipelines::{BodyPipelines, DEPTH_FORMAT, Destination, Pipelines, uniform},
+    pipelines::{BodyPipelines, DEPTH_FORMAT, Destination, EDGE_VERTICES, Pipelines, uniform},
     shadow::{Caster, LightView, ShadowMap},
     surfaces::Surfaces,
     translucent::TranslucentBodies,
@@ -364,6 +364,11 @@ impl Renderer {
             surfaces.draw_outlined(&mut pass);
         }
         self.draw_balls(&mut pass, &self.pipelines.ball_edges, |bodies| 0..bodies.total);
+        if self.is_round && self.destination.samples == 1 {
+            let boxes = &self.cuboids;
+            let edges = &self.pipelines.box_edges;
+            boxes.instances.draw_vertices(&mut pass, edges, EDGE_VERTICES, plain(boxes));
+        }
         self.particles.draw_quads(&mut pass, &self.pipelines.particle, 0..particles);
         self.sprites.draw_quads(&mut pass, &self.pipelines.sprite, 0..sprites);
         if let Some(layer) = &frame.layer {

@@ -78,7 +78,9 @@ pub fn embedded(name: &str) -> Option<&'static ShippedScene> {
 pub fn find(query: &str) -> Vec<&'static ShippedScene> {
     let mut found: Vec<_> =
         shipped().iter().filter_map(|scene| Some((spread(scene.name, query)?, scene))).collect();
-    found.sort_by_key(|(spread, scene)| (*spread, scene.name.len()));
+    if !query.trim().is_empty() {
+        found.sort_by_key(|(spread, scene)| (*spread, scene.name.len()));
+    }
     found.into_iter().map(|(_, scene)| scene).collect()
 }
 

@@ -375,7 +375,8 @@ fn the_settings_declare_an_effect_and_say_so_and_a_script_is_refused() {
         declared_by(SwitchedBy::Script),
         (false, "this scene never declared gravity".to_owned())
     );
-    let said = "gravity is declared by the settings now, not by the scene".to_owned();
+    let said =
+        "gravity is set by the settings now; saving the scene writes it into the file".to_owned();
     assert_eq!(declared_by(SwitchedBy::Settings), (true, said));
 }
 

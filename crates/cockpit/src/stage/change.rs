@@ -157,7 +157,7 @@ impl Stage {
             } else if motion::effects::state(&self.sim.world, effect) == EffectState::NotDeclared {
                 self.notices.say(
                     Topic::Other,
-                    format!("{effect} is declared by the settings now, not by the scene"),
+                    format!("{effect} is set by the settings now; saving the scene writes it into the file"),
                 );
             }
             self.note_switched(effect, by);

@@ -179,18 +179,16 @@ impl Editor {
                         |place: &Place| vec![SceneEdit::add(list, text(&name, place, color))];
                     let by = free_move(scene, &added(&place), &path, &OUTWARD, false);
                     place.at = scene::moved_place(place.at, by);
+                    let is_first = scene.bodies.is_empty();
                     desk.intents.push(Intent::Rewrite(added(&place), Some(path)));
+                    desk.intents.extend(is_first.then_some(Intent::Act(Act::Frame)));
                 }
             }
-            let mut is_joining = self.spring_ends.is_some();
-            let spring = ui.toggle_value(&mut is_joining, "Spring");
-            if spring
-                .on_hover_text(
-                    "between two bodies, or points of soft bodies, that are clicked next",
-                )
-                .changed()
-            {
-                self.spring_ends = is_joining.then(Vec::new);
+            let is_joining = self.spring_ends.is_some();
+            let spring = ui.add(egui::Button::new("Spring").selected(is_joining));
+            let what = "between two bodies, or points of soft bodies, that are clicked next";
+            if spring.on_hover_text(what).clicked() {
+                self.spring_ends = (!is_joining).then(Vec::new);
             }
             if ui.button("Well").on_hover_text("attracts every body, as 1/r²").clicked() {
                 let Place { at, size, .. } = place(desk.stage, desk.view);
@@ -261,15 +259,22 @@ impl Editor {
                     false => desk.intents.push(Intent::Rewrite(apart, None)),
                 }
             }
-            if entry.list == "bodies"
-                && ui.button("Add thrust").on_hover_text("a force over time").clicked()
-            {
-                let body = scene.names.get(entry.bodies.start).unwrap_or_default();
-                let thrust = format!("(body: {body:?}, curve: polynomial([(10.0, 0.0, 0.0)]))");
-                desk.intents.push(Intent::Rewrite(
-                    vec![SceneEdit::add("thrusts", thrust)],
-                    Some(path.clone()),
-                ));
+            let body = scene.names.get(entry.bodies.start).unwrap_or_default();
+            let thrust = format!("(body: {body:?}, curve: polynomial([(10.0, 0.0, 0.0)]))");
+            let on_body = Place { at: DVec3::ZERO, ..place(desk.stage, desk.view) };
+            let scene = &desk.stage.sim().scene;
+            let (name, color) =
+                (scene.fresh_name("emitter"), parts::color(scene.count("emitters")));
+            let rides = parts::emitter(&name, &on_body, color, &format!(", rides_on: {body:?}"));
+            let on_it = [
+                ("Add thrust", "a force over time", "thrusts", thrust),
+                ("Add emitter", "particles that come from it as it moves", "emitters", rides),
+            ];
+            for (words, what, list, text) in on_it {
+                if entry.list == "bodies" && ui.button(words).on_hover_text(what).clicked() {
+                    let add = vec![SceneEdit::add(list, text)];
+                    desk.intents.push(Intent::Rewrite(add, Some(path.clone())));
+                }
             }
         });
         let mut changes = Vec::new();
@@ -547,7 +552,12 @@ fn place(stage: &Stage, view: &mut View) -> Place {
     let hit = view.cast(stage, &ray).map(|hit| hit.distance);
     let distance = hit.unwrap_or(AWAY).max(NEAREST);
     let size = rounded_1_2_5(SIZE * distance);
-    let at = ray.at(distance) + if hit.is_some() { DVec3::Y * size } else { DVec3::ZERO };
+    let at = match hit {
+        Some(_) => ray.at(distance) + DVec3::Y * size,
+        // The first body of a scene is where everybody looks for it.
+        None if stage.sim().scene.bodies.is_empty() => DVec3::ZERO,
+        None => ray.at(distance),
+    };
     let step = 0.1 * size;
     Place {
         at: at.to_array().map(|part| rounded_to_multiple(part, step)).into(),

@@ -32,6 +32,11 @@ impl Tool for Learn {
         panel::show(ui, self, desk);
     }
 
+    /// The cards would lie over the scene.
+    fn closes_with_scene(&self) -> bool {
+        self.lesson().is_none()
+    }
+
     fn toggle(&mut self, _: &mut Stage, open: bool) -> bool {
         self.welcome = false;
         !open

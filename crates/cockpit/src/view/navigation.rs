@@ -178,15 +178,21 @@ fn moving(stage: &Stage) -> impl Iterator<Item = Entity> {
     stage.sim().remaining_bodies().filter(moves)
 }
 
-/// Middle and radius of the selection or, without one, of all that moves, m; of everything if nothing moves.
+/// Middle and radius of the selection or, without one, of all that moves but particles, with what it hangs from as far as it
+/// hangs, m; of everything if nothing moves.
 fn extent(stage: &Stage) -> Option<(DVec3, f64)> {
+    let (sim, scene) = (stage.sim(), &stage.sim().scene);
+    let is_particle = |thing: &Entity| sim.id(*thing).is_some_and(|id| scene.is_particle(id));
     let mut things: Vec<_> = match stage.selection() {
         Some(thing) => {
             let soft = stage.sim().world.get::<SoftBody>(thing);
             soft.map_or_else(|| vec![thing], |soft| soft.points.clone())
         }
-        None => moving(stage).collect(),
+        None => moving(stage).filter(|thing| !is_particle(thing)).collect(),
     };
+    if things.is_empty() {
+        things = moving(stage).collect();
+    }
     if things.is_empty() {
         things = stage.sim().remaining_bodies().collect();
     }
@@ -195,9 +201,15 @@ fn extent(stage: &Stage) -> Option<(DVec3, f64)> {
         Some((stage.drawn_position(*thing)?, radius)).filter(|(place, _)| place.is_finite())
     });
     let whole = stage.selection().is_none();
-    let emitters = stage.sim().scene.emitters.iter().filter(|_| whole);
-    let balls: Vec<_> =
-        balls.chain(emitters.filter_map(|emitter| reach(&stage.sim().scene, emitter))).collect();
+    let emitters = scene.emitters.iter().filter(|_| whole);
+    let reaches = emitters
+        .map(|emitter| reach(scene, emitter).unwrap_or_else(|| (place_of(scene, emitter), 0.0)));
+    let hangs = scene.springs.iter().filter(|_| whole).flat_map(|spring| {
+        let held = |end: &u32| scene.bodies.get(*end as usize).filter(|b| b.inverse_mass.is_none());
+        let ball = |body: &BodySpec| (body.position, spring.elastic.rest_length);
+        spring.ends.iter().filter_map(held).map(ball).collect::<Vec<_>>()
+    });
+    let balls: Vec<_> = balls.chain(reaches).chain(hangs).collect();
     let least = balls.iter().map(|(place, radius)| *place - *radius).reduce(DVec3::min)?;
     let most = balls.iter().map(|(place, radius)| *place + *radius).reduce(DVec3::max)?;
     let middle = (least + most) / 2.0;
@@ -211,16 +223,20 @@ pub(crate) fn distance_of(scene: &Scene) -> f64 {
     extent_at_start(scene).map_or(f64::NAN, |(middle, _)| middle.distance(scene.camera.position))
 }
 
+/// The place where the particles of an emitter are born at the start, m.
+fn place_of(scene: &Scene, emitter: &EmitterSpec) -> DVec3 {
+    let carrier = emitter.rides_on.and_then(|body| scene.bodies.get(body as usize));
+    emitter.position + carrier.map_or(DVec3::ZERO, |body| body.position)
+}
+
 /// The place where particles on the graphics device are born at the start, and about how far they get, m: to the top of a throw,
 /// or half their way.
 fn reach(scene: &Scene, emitter: &EmitterSpec) -> Option<(DVec3, f64)> {
     // All are thrown equally fast.
     let speed = Vec3::from(*emitter.on_device.as_ref()?.launches.first()?).length();
     let gravity = scene.gravity.map_or(0.0, |gravity| gravity.acceleration.length());
-    let carrier = emitter.rides_on.and_then(|body| scene.bodies.get(body as usize));
-    let place = emitter.position + carrier.map_or(DVec3::ZERO, |body| body.position);
     let speed = f64::from(speed);
-    Some((place, (speed * emitter.life).min(speed * speed / gravity) / 2.0))
+    Some((place_of(scene, emitter), (speed * emitter.life).min(speed * speed / gravity) / 2.0))
 }
 
 /// Middle of the places of all that moves at the start of a scene, and half the diagonal of the box around them, m.

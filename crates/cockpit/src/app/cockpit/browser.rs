@@ -73,7 +73,9 @@ impl Browser {
         let query = self.query.to_lowercase();
         let fits = |entry: &&Entry| entry.found_by.contains(query.trim());
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-            if let Some(path) = list_files(ui, &your_files(files, query.trim()), None) {
+            let files = your_files(files, query.trim());
+            let here = files.iter().position(|path| path == present);
+            if let Some(path) = list_files(ui, &files, here) {
                 intents.push(Intent::Open(path));
             }
             for (title, entries) in SCENES.iter() {

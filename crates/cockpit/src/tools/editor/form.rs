@@ -163,6 +163,13 @@ impl Form {
                     let words = if unit.is_empty() { words } else { format!("{words}, {unit}") };
                     if ui.button(words).clicked() {
                         changes.push(Change::set(path, field.key, beginning(field, scene)));
+                        // Its place is then one on the body, or that of the body.
+                        if field.key == "rides_on" {
+                            let value =
+                                path.starts_with("emitters").then(|| "(0.0, 0.0, 0.0)".to_owned());
+                            let (group, key) = (path.to_owned(), "position_m".to_owned());
+                            changes.push(Change::Set { group, key, value });
+                        }
                     }
                 }
             });
@@ -215,9 +222,7 @@ fn beginning(field: &Field, scene: &Scene) -> String {
     let known = BEGINNINGS.iter().find(|(key, _)| *key == field.key);
     match field.kind {
         _ if field.key == "name" => Value::Text(scene.fresh_name("body")).to_string(),
-        _ if matches!(field.key, "body" | "rides_on") => {
-            Value::Text(bodies(scene).next().unwrap_or_default()).to_string()
-        }
+        _ if matches!(field.key, "body" | "rides_on") => Value::Text(mover(scene)).to_string(),
         _ if field.key == "bodies" => format!("{:?}", bodies(scene).take(1).collect::<Vec<_>>()),
         _ if field.key == "method" => scene.method.name().to_owned(),
         _ if known.is_some() => known.map_or_else(String::new, |(_, text)| (*text).to_owned()),
@@ -239,7 +244,7 @@ const MOST_COUNT: f64 = 9_007_199_254_740_992.0;
 fn widget(ui: &mut Ui, scene: &Scene, [name, key, unit]: [&str; 3], value: &mut Value) -> bool {
     let done = |response: Response| response.drag_stopped() || response.lost_focus();
     // A longer list is no help: there, names are typed.
-    let has_few = scene.bodies.len() <= MOST_PICKED;
+    let has_few = bodies(scene).nth(MOST_PICKED).is_none();
     match value {
         Value::Flag(flag) => ui.checkbox(flag, "").changed(),
         Value::Count(count) => done(count_field(ui, count, 0.0..=MOST_COUNT, "")),
@@ -265,7 +270,7 @@ fn widget(ui: &mut Ui, scene: &Scene, [name, key, unit]: [&str; 3], value: &mut 
             let mut ends = quoted(written);
             let mut one =
                 |i: usize, ui: &mut Ui| body(ui, &format!("{name} {i}"), scene, &mut ends[i]);
-            let picked = ui.horizontal(|ui| one(0, ui) | one(1, ui)).inner;
+            let picked = ui.vertical(|ui| one(0, ui) | one(1, ui)).inner;
             if picked {
                 *written = format!("({:?}, {:?})", ends[0], ends[1]);
             }
@@ -315,9 +320,19 @@ fn widget(ui: &mut Ui, scene: &Scene, [name, key, unit]: [&str; 3], value: &mut 
 /// Greatest number of bodies in a list to pick from.
 const MOST_PICKED: usize = 200;
 
-/// The names of the bodies of a scene.
+/// The names of the bodies of a scene, but for the particles of emitters.
 fn bodies(scene: &Scene) -> impl Iterator<Item = String> {
-    (0..).map_while(|id| scene.names.get(id)).map(Cow::into_owned)
+    let named = (0..).map_while(|id| Some((id, scene.names.get(id)?)));
+    named.filter(|(id, _)| !scene.is_particle(*id)).map(|(_, name)| name.into_owned())
+}
+
+/// The name of a body to begin with: the first that moves.
+fn mover(scene: &Scene) -> String {
+    let names = (0..).zip(&scene.bodies);
+    let mut movers =
+        names.filter(|(id, body)| body.inverse_mass.is_some() && !scene.is_particle(*id));
+    let named = movers.next().and_then(|(id, _)| scene.names.get(id)).map(Cow::into_owned);
+    named.or_else(|| bodies(scene).next()).unwrap_or_default()
 }
 
 /// The texts in quotes.

@@ -42,8 +42,16 @@ pub(crate) struct Handle {
 /// The start and the length of the arrows of the selection, m.
 fn arrows(stage: &Stage, view: &View) -> Option<(DVec3, f64)> {
     let thing = stage.selection()?;
-    selected_entry(stage)?;
-    let at = stage.drawn_position(thing)?;
+    let (entry, _) = selected_entry(stage)?;
+    let sim = stage.sim();
+    let emitter = sim.scene.emitters.get(entry.index).filter(|_| entry.list == "emitters");
+    let at = match emitter {
+        Some(emitter) => {
+            let carrier = emitter.rides_on.and_then(|id| stage.drawn_position(sim.body(id)?));
+            emitter.position + carrier.unwrap_or_default()
+        }
+        None => stage.drawn_position(thing)?,
+    };
     let world = &stage.sim().world;
     let radius = match world.get::<SoftBody>(thing) {
         Some(soft) => {

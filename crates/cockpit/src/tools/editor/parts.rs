@@ -80,16 +80,19 @@ pub(super) const PARTS: [Part; 8] = [
             triple(place.at)
         )
     }),
-    ("Emitter", "emitters", |name, place, color| {
-        // So fast that particles rise ten sizes against gravity.
-        let speed = rounded((2.0 * 9.8 * 10.0 * place.size).sqrt(), 2);
-        let radius = rounded(0.08 * place.size, 2);
-        format!(
-            "(name: {name:?}, rate_per_s: 60.0, position_m: {}, direction: (0.0, 1.0, 0.0), spread_deg: 15.0, speed_m_s: {speed:?}, life_s: 3.0, radius_m: {radius:?}, mass_kg: 0.01, color: {color})",
-            triple(place.at)
-        )
-    }),
+    ("Emitter", "emitters", |name, place, color| emitter(name, place, color, "")),
 ];
+
+/// The text of an emitter, which ends with the values `more`.
+pub(super) fn emitter(name: &str, place: &Place, color: &str, more: &str) -> String {
+    // So fast that particles rise ten sizes against gravity.
+    let speed = rounded((2.0 * 9.8 * 10.0 * place.size).sqrt(), 2);
+    let radius = rounded(0.08 * place.size, 2);
+    format!(
+        "(name: {name:?}, rate_per_s: 60.0, position_m: {}, direction: (0.0, 1.0, 0.0), spread_deg: 15.0, speed_m_s: {speed:?}, life_s: 3.0, radius_m: {radius:?}, mass_kg: 0.01, color: {color}{more})",
+        triple(place.at)
+    )
+}
 
 /// The color of the next added object, if there are `entries` entries.
 pub(super) const fn color(entries: usize) -> &'static str {

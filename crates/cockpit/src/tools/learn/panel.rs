@@ -91,9 +91,9 @@ fn list(ui: &mut Ui, learn: &mut Learn, desk: &mut Desk<'_>) {
         ui.label(RichText::new(title).strong());
         ui.horizontal_wrapped(|ui| {
             for name in names {
-                let of_name = |(_, lesson): &(usize, &Arc<Lesson>)| lesson.name == *name;
-                if let Some((number, lesson)) = LESSONS.iter().enumerate().find(of_name) {
-                    card(ui, learn, number, lesson, desk.intents);
+                let of_name = |lesson: &&Arc<Lesson>| lesson.name == *name;
+                if let Some(lesson) = LESSONS.iter().find(of_name) {
+                    card(ui, learn, lesson, desk.intents);
                 }
             }
         });
@@ -122,15 +122,9 @@ const GROUPS: [(&str, &[&str]); 3] = [
 /// Size of a card, points.
 const CARD: Vec2 = Vec2::new(190.0, 148.0);
 
-fn card(
-    ui: &mut Ui,
-    learn: &mut Learn,
-    number: usize,
-    lesson: &Arc<Lesson>,
-    intents: &mut Vec<Intent>,
-) {
+fn card(ui: &mut Ui, learn: &mut Learn, lesson: &Arc<Lesson>, intents: &mut Vec<Intent>) {
     let done = if learn.done.contains(&lesson.name) { "✔ " } else { "" };
-    let words = format!("{done}{} {}", number + 1, lesson.title);
+    let words = format!("{done}{}", lesson.title);
     let left = learn.left.get(&lesson.name).copied();
     ui.allocate_ui_with_layout(CARD, Layout::top_down(Align::Min), |ui| {
         ui.set_min_size(CARD);
