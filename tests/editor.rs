@@ -142,6 +142,28 @@ fn two_clicks_join_two_bodies_and_a_point_of_a_soft_body_by_a_spring() {
 }
 
 #[test]
+fn a_bungee_with_an_emitter_that_rides_on_it_is_built_by_mouse() {
+    let mut cockpit = editor("empty");
+    cockpit.click("Post");
+    // The first body of a scene is at its origin, and in the view.
+    assert_eq!(scene(&cockpit).bodies[0].position, DVec3::ZERO);
+    cockpit.drive.ticks(90);
+    cockpit.seen("post");
+    cockpit.click("Sphere");
+    cockpit.click("Add emitter");
+    let sphere = scene(&cockpit).names.find("sphere").unwrap();
+    let [emitter] = &scene(&cockpit).emitters[..] else { panic!("one emitter") };
+    assert_eq!((emitter.rides_on, emitter.position), (Some(sphere), DVec3::ZERO));
+    // An emitter that gets a carrier later is on it, too: the first body that moves, and none of its own particles.
+    cockpit.click("Emitter");
+    assert_ne!(scene(&cockpit).emitters[1].position, DVec3::ZERO);
+    cockpit.click("Add a value");
+    cockpit.click("rides on");
+    let second = &scene(&cockpit).emitters[1];
+    assert_eq!((second.rides_on, second.position), (Some(sphere), DVec3::ZERO));
+}
+
+#[test]
 fn a_grid_taken_apart_runs_as_before() {
     let mut cockpit = editor("tutorial");
     let pixel = cockpit.seen("grid.x4.z4");

@@ -259,23 +259,26 @@ impl Editor {
                     false => desk.intents.push(Intent::Rewrite(apart, None)),
                 }
             }
-            let body = scene.names.get(entry.bodies.start).unwrap_or_default();
-            let thrust = format!("(body: {body:?}, curve: polynomial([(10.0, 0.0, 0.0)]))");
-            let on_body = Place { at: DVec3::ZERO, ..place(desk.stage, desk.view) };
-            let scene = &desk.stage.sim().scene;
-            let (name, color) =
-                (scene.fresh_name("emitter"), parts::color(scene.count("emitters")));
-            let rides = parts::emitter(&name, &on_body, color, &format!(", rides_on: {body:?}"));
-            let on_it = [
-                ("Add thrust", "a force over time", "thrusts", thrust),
-                ("Add emitter", "particles that come from it as it moves", "emitters", rides),
-            ];
-            for (words, what, list, text) in on_it {
-                if entry.list == "bodies" && ui.button(words).on_hover_text(what).clicked() {
-                    let add = vec![SceneEdit::add(list, text)];
-                    desk.intents.push(Intent::Rewrite(add, Some(path.clone())));
-                }
+            if entry.list != "bodies" {
+                return;
             }
+            let body = scene.names.get(entry.bodies.start).unwrap_or_default().into_owned();
+            let mut added = None;
+            if ui.button("Add thrust").on_hover_text("a force over time").clicked() {
+                let thrust = format!("(body: {body:?}, curve: polynomial([(10.0, 0.0, 0.0)]))");
+                added = Some(SceneEdit::add("thrusts", thrust));
+            }
+            let emitter = ui.button("Add emitter");
+            if emitter.on_hover_text("particles that come from it as it moves").clicked() {
+                let name = scene.fresh_name("emitter");
+                let color = parts::color(scene.count("emitters"));
+                let on_body = Place { at: DVec3::ZERO, ..place(desk.stage, desk.view) };
+                let more = format!(", rides_on: {body:?}");
+                let emitter = parts::emitter(&name, &on_body, color, &more);
+                added = Some(SceneEdit::add("emitters", emitter));
+            }
+            let added = added.map(|added| Intent::Rewrite(vec![added], Some(path.clone())));
+            desk.intents.extend(added);
         });
         let mut changes = Vec::new();
         self.form.group(ui, scene, &path, |_| true, &mut changes);

@@ -205,7 +205,7 @@ fn extent(stage: &Stage) -> Option<(DVec3, f64)> {
     let reaches = emitters
         .map(|emitter| reach(scene, emitter).unwrap_or_else(|| (place_of(scene, emitter), 0.0)));
     let hangs = scene.springs.iter().filter(|_| whole).flat_map(|spring| {
-        let held = |end: &u32| scene.bodies.get(*end as usize).filter(|b| b.inverse_mass.is_none());
+        let held = |end: &u32| scene.bodies.get(*end as usize).filter(|body| !moves(body));
         let ball = |body: &BodySpec| (body.position, spring.elastic.rest_length);
         spring.ends.iter().filter_map(held).map(ball).collect::<Vec<_>>()
     });
@@ -221,6 +221,10 @@ fn extent(stage: &Stage) -> Option<(DVec3, f64)> {
 /// Distance from the scene's camera to the middle of what moves, m; not finite if nothing moves.
 pub(crate) fn distance_of(scene: &Scene) -> f64 {
     extent_at_start(scene).map_or(f64::NAN, |(middle, _)| middle.distance(scene.camera.position))
+}
+
+fn moves(body: &BodySpec) -> bool {
+    body.inverse_mass.is_some_and(|inverse| inverse > 0.0)
 }
 
 /// The place where the particles of an emitter are born at the start, m.
@@ -241,10 +245,10 @@ fn reach(scene: &Scene, emitter: &EmitterSpec) -> Option<(DVec3, f64)> {
 
 /// Middle of the places of all that moves at the start of a scene, and half the diagonal of the box around them, m.
 pub(super) fn extent_at_start(scene: &Scene) -> Option<(DVec3, f64)> {
-    let moves = |body: &&BodySpec| body.inverse_mass.is_some_and(|inverse| inverse > 0.0);
     let reaches = || scene.emitters.iter().filter_map(|emitter| reach(scene, emitter));
     let ends = || reaches().flat_map(|(place, reach)| [place - reach, place + reach]);
-    let places = || scene.bodies.iter().filter(moves).map(|body| body.position).chain(ends());
+    let places =
+        || scene.bodies.iter().filter(|body| moves(body)).map(|body| body.position).chain(ends());
     let (least, most) = (places().reduce(DVec3::min), places().reduce(DVec3::max));
     least.zip(most).map(|(least, most)| ((least + most) / 2.0, most.distance(least) / 2.0))
 }

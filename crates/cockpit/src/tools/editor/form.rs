@@ -330,7 +330,7 @@ fn bodies(scene: &Scene) -> impl Iterator<Item = String> {
 fn mover(scene: &Scene) -> String {
     let names = (0..).zip(&scene.bodies);
     let mut movers =
-        names.filter(|(id, body)| body.inverse_mass.is_some() && !scene.is_particle(*id));
+        names.filter(|(id, body)| body.inverse_mass > Some(0.0) && !scene.is_particle(*id));
     let named = movers.next().and_then(|(id, _)| scene.names.get(id)).map(Cow::into_owned);
     named.or_else(|| bodies(scene).next()).unwrap_or_default()
 }
