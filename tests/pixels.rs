@@ -394,8 +394,7 @@ fn the_pictures_of_the_documents_show_the_window_of_this_program() {
     let folder = TempDir::new().unwrap();
     let mut script = Command::new("bash");
     script.arg(root().join("scripts/pictures")).arg(folder.path()).env("SANDBOX", program());
-    let out = script.output().unwrap();
-    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+    output(&mut script).fine();
     let (wanted, evidence) = (root().join("docs/window"), root().join("target/pictures/window"));
     let other = std::fs::read_dir(&wanted).unwrap().filter_map(|stored| {
         let file = stored.unwrap().file_name();

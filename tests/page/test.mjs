@@ -92,7 +92,7 @@ const tests = {
             await tab.tab.reload();
             await tab.started();
             await tab.click('Learn');
-            await tab.control('✔ 1 What a force does');
+            await tab.control('✔ What a force does');
         });
     },
 

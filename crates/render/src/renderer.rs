@@ -1,4 +1,4 @@
-//! Draws a frame: shadow map, bodies and surfaces, sky, outlines, edges of balls, particles, sprites, translucent bodies, lines,
+//! Draws a frame: shadow map, bodies and surfaces, sky, outlines, edges of balls and boxes, particles, sprites, translucent bodies, lines,
 //! panels.
 
 use std::ops::Range;
