@@ -32,8 +32,8 @@ fn rotated(q: vec4f, v: vec3f) -> vec3f {
     return v + 2.0 * cross(q.xyz, cross(q.xyz, v) + q.w * v);
 }
 
-fn placed(vertex: Vertex, body: Body) -> vec3f {
-    return body.position + rotated(body.orientation, vertex.position * body.half_extents);
+fn placed(place: vec3f, body: Body) -> vec3f {
+    return body.position + rotated(body.orientation, place * body.half_extents);
 }
 
 fn turned_normal(vertex: Vertex, body: Body) -> vec3f {
@@ -44,7 +44,7 @@ fn turned_normal(vertex: Vertex, body: Body) -> vec3f {
 
 @vertex
 fn vs_surface(vertex: Vertex, body: Body) -> Surface {
-    let position = placed(vertex, body);
+    let position = placed(vertex.position, body);
     var out: Surface;
     out.clip = globals.view_projection * vec4f(position, 1.0);
     out.position_and_u = vec4f(position, vertex.uv.x);
@@ -75,14 +75,14 @@ fn fs_surface(in: Surface) -> @location(0) vec4f {
 
 @vertex
 fn vs_shadow(vertex: Vertex, body: Body) -> @builtin(position) vec4f {
-    return globals.light_projection * vec4f(placed(vertex, body), 1.0);
+    return globals.light_projection * vec4f(placed(vertex.position, body), 1.0);
 }
 
 // The body grown by a constant number of pixels. Growing the half extents, not each face along its normal, keeps
 // the corners of a cube closed.
 @vertex
 fn vs_outline(vertex: Vertex, body: Body) -> @builtin(position) vec4f {
-    let own = placed(vertex, body);
+    let own = placed(vertex.position, body);
     let distance = max(dot(own, globals.camera_forward.xyz), globals.camera_forward.w);
     let grown_by = outline_px * globals.viewport.z * distance;
     let position = body.position + rotated(body.orientation, vertex.position * (body.half_extents + grown_by));
@@ -118,7 +118,7 @@ struct Translucent {
 @vertex
 fn vs_translucent(vertex: Vertex, body: Body) -> Translucent {
     var out: Translucent;
-    out.position = on_ground(placed(vertex, body));
+    out.position = on_ground(placed(vertex.position, body));
     let clip = globals.view_projection * vec4f(out.position, 1.0);
     out.clip = pulled_nearer(clip, -GIVES_WAY * clip.w);
     out.normal = turned_normal(vertex, body);

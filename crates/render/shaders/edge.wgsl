@@ -17,10 +17,6 @@ fn axis(index: u32) -> vec3f {
     return vec3f(f32(index == 0u), f32(index == 1u), f32(index == 2u));
 }
 
-fn placed_at(body: Body, place: vec3f) -> vec3f {
-    return body.position + rotated(body.orientation, place * body.half_extents);
-}
-
 fn on_screen(clip: vec4f) -> vec2f {
     return 0.5 * globals.viewport.xy * clip.xy / clip.w;
 }
@@ -33,7 +29,7 @@ fn vs_edge(@builtin(vertex_index) index: u32, body: Body) -> Edge {
     let along = axis(number / 4u);
     let side = vec2f(f32(number & 1u), f32((number >> 1u) & 1u)) * 2.0 - 1.0;
     let faces = array(axis((number / 4u + 1u) % 3u) * side.x, axis((number / 4u + 2u) % 3u) * side.y);
-    let middle = placed_at(body, faces[0] + faces[1]);
+    let middle = placed(faces[0] + faces[1], body);
     let half = rotated(body.orientation, along * body.half_extents);
     let first = rotated(body.orientation, faces[0]);
     let second = rotated(body.orientation, faces[1]);

@@ -5,7 +5,7 @@ pub(crate) mod names;
 pub(crate) mod survival;
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
@@ -174,6 +174,17 @@ pub enum Source {
     File(PathBuf),
     /// A text without a file.
     Text,
+}
+
+impl Source {
+    /// The file, if it is one.
+    #[must_use]
+    pub fn file(&self) -> Option<&Path> {
+        match self {
+            Self::File(path) => Some(path),
+            Self::Shipped(_) | Self::Text => None,
+        }
+    }
 }
 
 /// The length of ticks.

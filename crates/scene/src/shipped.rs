@@ -73,7 +73,7 @@ pub fn embedded(name: &str) -> Option<&'static ShippedScene> {
 }
 
 /// The shipped scenes whose name contains the letters of `query` in order, best match first: an unbroken run
-/// and an early start count most. An empty query finds all.
+/// and an early start count most. An empty query finds all, in their order.
 #[must_use]
 pub fn find(query: &str) -> Vec<&'static ShippedScene> {
     let mut found: Vec<_> =

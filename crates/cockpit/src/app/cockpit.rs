@@ -8,7 +8,6 @@ mod hints;
 mod toolbar;
 
 use egui::{Align2, Area, Color32, Frame, Id, Panel as Side, Pos2, Rect, Response, RichText, Ui};
-use scene::Source;
 
 use self::browser::Browser;
 use self::fault::FaultBar;
@@ -241,14 +240,8 @@ impl Cockpit {
         if browses {
             let side = Side::left("scenes").frame(bare).resizable(false).exact_size(BROWSER);
             let scene = &stage.sim().scene;
-            let source = match &scene.source {
-                Source::File(path) => Some(path.clone()),
-                Source::Shipped(_) | Source::Text => None,
-            };
-            let own = tools.own_file().map(|(path, _)| path).or(source);
-            let own = own.map(|path| path.display().to_string());
-            let here = own.as_deref().unwrap_or(&scene.name);
-            let here = (here, stage.files.all());
+            let file = tools.editor.file(scene).map(|path| path.to_string_lossy());
+            let here = (file.as_deref().unwrap_or(&scene.name), stage.files.all());
             let side = side.show(root, |ui| self.browser.show(ui, here, intents));
             self.lay_out_part(Part::Scenes, side.response.rect, &side.inner);
         }

@@ -3,7 +3,7 @@
 //! The window, headless runs and tests all use it, so a headless picture is the same as the window's.
 
 use std::ops::ControlFlow;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use history::{Change, Fault};
@@ -13,7 +13,7 @@ use motion::clock::StepClock;
 use motion::{Gravity, Method, MutualGravity, Request, TimeStep};
 use report::numbers::pace_words;
 use scene::lesson::{Begin, Lesson};
-use scene::{ChangeAction, Scene, Source, unsolvable};
+use scene::{ChangeAction, Scene, unsolvable};
 
 use crate::actions::Act;
 use crate::app::arrangement;
@@ -521,7 +521,7 @@ impl Session {
         self.begin_scene(false);
         self.opened = true;
         let scene = Arc::clone(&self.stage.sim().scene);
-        if let Source::File(path) = &scene.source {
+        if let Some(path) = scene.source.file() {
             self.stage.files.note(path);
         }
     }
@@ -566,11 +566,9 @@ impl Session {
     #[must_use]
     pub fn title(&self) -> String {
         let scene = &self.stage.sim().scene;
-        let file = match &scene.source {
-            Source::File(path) => path.file_name().map(|name| name.to_string_lossy().into_owned()),
-            Source::Shipped(_) | Source::Text => None,
-        };
-        let name = file.unwrap_or_else(|| scene.name.replace('_', " "));
+        let file = scene.source.file().and_then(Path::file_name);
+        let name = file.map(|name| name.to_string_lossy().into_owned());
+        let name = name.unwrap_or_else(|| scene.name.replace('_', " "));
         format!("{}{name} - Inertia", if self.has_unsaved_changes() { "• " } else { "" })
     }
 

@@ -10,6 +10,8 @@ mod handles;
 mod parts;
 pub(crate) mod selected;
 
+use std::path::Path;
+
 use egui::{Align2, CollapsingHeader, Painter, Rect, RichText, TextEdit, Ui};
 use glam::DVec3;
 use motion::{PhysicsBody, Substeps, TimeStep};
@@ -18,7 +20,6 @@ use report::numbers::{capital, rounded};
 use scene::{Scene, TextEdit as SceneEdit};
 
 use self::document::Document;
-use self::document::file_of;
 use self::form::{Form, LISTS, TITLES};
 use self::free::free_move;
 use self::handles::Handle;
@@ -89,13 +90,18 @@ impl Editor {
         self.form.forget();
     }
 
+    /// The file of `scene` that saving replaces, if there is one.
+    pub fn file<'a>(&'a self, scene: &'a Scene) -> Option<&'a Path> {
+        match &self.document {
+            Some(document) => document.file.as_ref().map(|(path, _)| path.as_path()),
+            None => scene.source.file(),
+        }
+    }
+
     /// The name of the file that saving writes.
     pub fn file_to_save(&self, scene: &Scene) -> String {
-        let file = match &self.document {
-            Some(document) => document.file.as_ref().map(|(path, _)| path.as_path()),
-            None => file_of(scene),
-        };
         let own = || {
+            let file = self.file(scene);
             file.map_or_else(|| format!("{}.ron", scene.name), |path| path.display().to_string())
         };
         self.typed_file.clone().unwrap_or_else(own)

@@ -205,7 +205,7 @@ fn extent(stage: &Stage) -> Option<(DVec3, f64)> {
     let reaches = emitters
         .map(|emitter| reach(scene, emitter).unwrap_or_else(|| (place_of(scene, emitter), 0.0)));
     let hangs = scene.springs.iter().filter(|_| whole).flat_map(|spring| {
-        let held = |end: &u32| scene.bodies.get(*end as usize).filter(|body| !moves(body));
+        let held = |end: &u32| scene.bodies.get(*end as usize).filter(|body| !body.is_movable());
         let ball = |body: &BodySpec| (body.position, spring.elastic.rest_length);
         spring.ends.iter().filter_map(held).map(ball).collect::<Vec<_>>()
     });
@@ -223,14 +223,14 @@ pub(crate) fn distance_of(scene: &Scene) -> f64 {
     extent_at_start(scene).map_or(f64::NAN, |(middle, _)| middle.distance(scene.camera.position))
 }
 
-fn moves(body: &BodySpec) -> bool {
-    body.inverse_mass.is_some_and(|inverse| inverse > 0.0)
+/// The place where the particles of an emitter are born, m, with the places of bodies.
+pub(crate) fn birthplace(emitter: &EmitterSpec, of: impl Fn(u32) -> Option<DVec3>) -> DVec3 {
+    emitter.position + emitter.rides_on.and_then(of).unwrap_or_default()
 }
 
-/// The place where the particles of an emitter are born at the start, m.
+/// The same at the start.
 fn place_of(scene: &Scene, emitter: &EmitterSpec) -> DVec3 {
-    let carrier = emitter.rides_on.and_then(|body| scene.bodies.get(body as usize));
-    emitter.position + carrier.map_or(DVec3::ZERO, |body| body.position)
+    birthplace(emitter, |id| scene.bodies.get(id as usize).map(|body| body.position))
 }
 
 /// The place where particles on the graphics device are born at the start, and about how far they get, m: to the top of a throw,
@@ -247,8 +247,9 @@ fn reach(scene: &Scene, emitter: &EmitterSpec) -> Option<(DVec3, f64)> {
 pub(super) fn extent_at_start(scene: &Scene) -> Option<(DVec3, f64)> {
     let reaches = || scene.emitters.iter().filter_map(|emitter| reach(scene, emitter));
     let ends = || reaches().flat_map(|(place, reach)| [place - reach, place + reach]);
-    let places =
-        || scene.bodies.iter().filter(|body| moves(body)).map(|body| body.position).chain(ends());
+    let places = || {
+        scene.bodies.iter().filter(|body| body.is_movable()).map(|body| body.position).chain(ends())
+    };
     let (least, most) = (places().reduce(DVec3::min), places().reduce(DVec3::max));
     least.zip(most).map(|(least, most)| ((least + most) / 2.0, most.distance(least) / 2.0))
 }

@@ -217,27 +217,23 @@ mod tests {
             ["toggle_ledger_panel", "toggle_forecast_panel", "toggle_timeline_panel", "frame"];
         session.stage.keep_timeline();
         let words = ["toggle_cockpit"].iter().chain(keys).chain(&tools).chain(&more);
-        for word in words.chain(&["", "", "", "", ""]) {
-            if word.is_empty() {
-                session.ui.cockpit.next_tab = Some(tab);
-            }
-            let key = key_of_word(word).ok();
-            let events =
-                key.into_iter().flat_map(|key| [Input::KeyDown(key.clone()), Input::KeyUp(key)]);
-            session
-                .advance(&InputFrame::from_iter(events), clock.advance_by(0.02).expect("a time"));
+        press(&mut session, &mut clock, 0.02, &words.copied().collect::<Vec<_>>());
+        for _ in 0..5 {
+            session.ui.cockpit.next_tab = Some(tab);
+            press(&mut session, &mut clock, 0.02, &[""]);
         }
         Painted::of(&session.ui)
     }
 
     const SIZES: [[u32; 2]; 4] = [[1024, 600], [1280, 720], [1920, 1080], [390, 844]];
 
-    fn press(session: &mut Session, clock: &mut FrameClock, words: &[&str]) {
+    /// Presses a key in each frame of that length, s, and none for an empty word.
+    fn press(session: &mut Session, clock: &mut FrameClock, length: f64, words: &[&str]) {
         for word in words {
             let key = key_of_word(word).ok();
             let events =
                 key.into_iter().flat_map(|key| [Input::KeyDown(key.clone()), Input::KeyUp(key)]);
-            let time = clock.advance_by(0.5).expect("a time");
+            let time = clock.advance_by(length).expect("a time");
             session.advance(&InputFrame::from_iter(events), time);
         }
     }
@@ -272,9 +268,9 @@ mod tests {
                 let mut clock = FrameClock::default();
                 if method.is_some() {
                     session.stage.keep_timeline();
-                    press(&mut session, &mut clock, &[""; 20]);
+                    press(&mut session, &mut clock, 0.5, &[""; 20]);
                 }
-                press(&mut session, &mut clock, &keys);
+                press(&mut session, &mut clock, 0.5, &keys);
                 seen += plates_apart(&session, &format!("{} {size_px:?}", shipped.name));
                 let has_fault = session.stage.recorder().fault().is_some();
                 assert_eq!(has_fault, method.is_some(), "{}", shipped.name);

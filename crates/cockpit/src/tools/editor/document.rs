@@ -1,10 +1,10 @@
 //! The texts of a scene through its changes: for undo and redo, and the text of its file.
 
 use std::collections::VecDeque;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
-use scene::{Scene, Source};
+use scene::Scene;
 
 /// Greatest size of all texts to which undo can go, bytes; the oldest are forgotten first.
 const MOST_BYTES: usize = 256 << 20;
@@ -21,7 +21,7 @@ pub(crate) struct Document {
 
 impl Document {
     pub fn of(scene: &Scene) -> Self {
-        let file = file_of(scene).map(|path| (path.to_owned(), Arc::clone(&scene.text)));
+        let file = scene.source.file().map(|path| (path.to_owned(), Arc::clone(&scene.text)));
         Self {
             past: VecDeque::new(),
             future: Vec::new(),
@@ -65,14 +65,6 @@ impl Document {
     /// Whether `present` is saved nowhere.
     pub fn is_unsaved(&self, present: &str) -> bool {
         self.saved.as_deref() != Some(present)
-    }
-}
-
-/// The file that a scene was opened from.
-pub(super) fn file_of(scene: &Scene) -> Option<&Path> {
-    match &scene.source {
-        Source::File(path) => Some(path),
-        Source::Shipped(_) | Source::Text => None,
     }
 }
 

@@ -1,13 +1,12 @@
 //! The keys of a group of the scene's text as rows with a field each.
 
-use std::borrow::Cow;
 use std::collections::HashMap;
 use std::sync::Arc;
 
 use egui::{Align, ComboBox, Grid, Layout, PopupCloseBehavior, Response, TextEdit, Ui};
 use motion::{DampingModel, Method};
 use report::numbers::{capital, rounded};
-use scene::{Field, Kind, Scene, TextEdit as Change, Value};
+use scene::{BodySpec, Field, Kind, Scene, TextEdit as Change, Value};
 
 use crate::tools::number::{count_field, number_field};
 use crate::words::{label, plain};
@@ -244,7 +243,8 @@ const MOST_COUNT: f64 = 9_007_199_254_740_992.0;
 fn widget(ui: &mut Ui, scene: &Scene, [name, key, unit]: [&str; 3], value: &mut Value) -> bool {
     let done = |response: Response| response.drag_stopped() || response.lost_focus();
     // A longer list is no help: there, names are typed.
-    let has_few = bodies(scene).nth(MOST_PICKED).is_none();
+    let particles: usize = scene.emitters.iter().map(|emitter| emitter.pool.len()).sum();
+    let has_few = scene.bodies.len() - particles <= MOST_PICKED;
     match value {
         Value::Flag(flag) => ui.checkbox(flag, "").changed(),
         Value::Count(count) => done(count_field(ui, count, 0.0..=MOST_COUNT, "")),
@@ -320,19 +320,20 @@ fn widget(ui: &mut Ui, scene: &Scene, [name, key, unit]: [&str; 3], value: &mut 
 /// Greatest number of bodies in a list to pick from.
 const MOST_PICKED: usize = 200;
 
-/// The names of the bodies of a scene, but for the particles of emitters.
+/// The bodies of a scene and their names, but for the particles of emitters.
+fn named(scene: &Scene) -> impl Iterator<Item = (&BodySpec, String)> {
+    let all = (0..).zip(&scene.bodies).filter(|(id, _)| !scene.is_particle(*id));
+    all.filter_map(|(id, body)| Some((body, scene.names.get(id)?.into_owned())))
+}
+
 fn bodies(scene: &Scene) -> impl Iterator<Item = String> {
-    let named = (0..).map_while(|id| Some((id, scene.names.get(id)?)));
-    named.filter(|(id, _)| !scene.is_particle(*id)).map(|(_, name)| name.into_owned())
+    named(scene).map(|(_, name)| name)
 }
 
 /// The name of a body to begin with: the first that moves.
 fn mover(scene: &Scene) -> String {
-    let names = (0..).zip(&scene.bodies);
-    let mut movers =
-        names.filter(|(id, body)| body.inverse_mass > Some(0.0) && !scene.is_particle(*id));
-    let named = movers.next().and_then(|(id, _)| scene.names.get(id)).map(Cow::into_owned);
-    named.or_else(|| bodies(scene).next()).unwrap_or_default()
+    let mover = named(scene).find(|(body, _)| body.is_movable()).map(|(_, name)| name);
+    mover.or_else(|| bodies(scene).next()).unwrap_or_default()
 }
 
 /// The texts in quotes.

@@ -51,9 +51,7 @@ impl Bounds {
 fn others(scene: &Scene, entry: &Entry) -> Vec<(Bounds, bool)> {
     let other = |other: Entry| {
         let bodies = &scene.bodies[other.bodies.start as usize..other.bodies.end as usize];
-        let single = |body: &BodySpec| {
-            (Bounds::of(body), body.inverse_mass.is_some_and(|inverse| inverse > 0.0))
-        };
+        let single = |body: &BodySpec| (Bounds::of(body), body.is_movable());
         match other.list {
             "emitters" => Vec::new(),
             "soft_bodies" => {

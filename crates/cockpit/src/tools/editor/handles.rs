@@ -12,6 +12,7 @@ use super::selected::selected_entry;
 use crate::stage::Stage;
 use crate::view::View;
 use crate::view::hud::point;
+use crate::view::navigation::birthplace;
 use crate::view::picture::{PLAIN, add_translucent};
 
 /// The axes and the colors of their arrows.
@@ -46,10 +47,7 @@ fn arrows(stage: &Stage, view: &View) -> Option<(DVec3, f64)> {
     let sim = stage.sim();
     let emitter = sim.scene.emitters.get(entry.index).filter(|_| entry.list == "emitters");
     let at = match emitter {
-        Some(emitter) => {
-            let carrier = emitter.rides_on.and_then(|id| stage.drawn_position(sim.body(id)?));
-            emitter.position + carrier.unwrap_or_default()
-        }
+        Some(emitter) => birthplace(emitter, |id| stage.drawn_position(sim.body(id)?)),
         None => stage.drawn_position(thing)?,
     };
     let world = &stage.sim().world;

@@ -1,6 +1,6 @@
 //! The panel of effects: which are on, why, on how many bodies and at what cost; and switches for them.
 
-use egui::{Button, Grid, RichText, Ui};
+use egui::{Button, CollapsingHeader, Grid, RichText, Ui};
 use history::Change;
 use lab::ReceiptLine;
 use motion::Request;
@@ -27,7 +27,9 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>, rows: &[ReceiptLine], measu
     let (here, more): (Vec<_>, Vec<_>) =
         rows.iter().partition(|row| row.state != EffectState::NotDeclared);
     table(ui, desk, "effects", &here);
-    ui.collapsing(format!("{} more", more.len()), |ui| table(ui, desk, "more effects", &more));
+    CollapsingHeader::new(format!("{} more", more.len()))
+        .id_salt("more")
+        .show(ui, |ui| table(ui, desk, "more effects", &more));
     let button = ui.add_enabled(!measures, Button::new("Measure costs"));
     button.on_hover_text("runs a copy of the scene with and without each effect").clicked()
 }
