@@ -476,7 +476,7 @@ fn a_click_on_the_floor_deselects_and_a_floor_that_is_selected_takes_nothing_awa
         cockpit.drive.give([up(held)]).ticks(2);
         let green = [0.0, 1.0, 0.0, 1.0];
         assert!(cockpit.drive.session.picture().cuboids.iter().all(|body| body.color != green));
-        let hint = |name: &str| name.starts_with("floor cannot be moved. Right drag orbits");
+        let hint = |name: &str| name.starts_with("floor: forces do not move it. Right drag orbits");
         assert!(cockpit.session().controls().iter().any(|control| hint(&control.name)));
 
         let (camera, force) =

@@ -123,6 +123,11 @@ fn two_clicks_join_two_bodies_and_a_point_of_a_soft_body_by_a_spring() {
         ["player", "enemy"]
     );
     assert_eq!(spring.elastic.rest_length, 5.0);
+    // Its weight stretches one of the two bodies' springs by a tenth, and its values are those of the selection.
+    assert!((9.8 / spring.elastic.stiffness - 0.5).abs() < 0.01, "{spring:?}");
+    let player = cockpit.seen("player");
+    cockpit.drive.click(Button::Left, player).ticks(2);
+    assert!(cockpit.has("pull only") && cockpit.has("rest length"));
     // Deleted with one of its ends.
     let player = cockpit.seen("player");
     cockpit.drive.click(Button::Left, player).press("Delete").ticks(1);
@@ -161,6 +166,14 @@ fn a_bungee_with_an_emitter_that_rides_on_it_is_built_by_mouse() {
     cockpit.click("rides on");
     let second = &scene(&cockpit).emitters[1];
     assert_eq!((second.rides_on, second.position), (Some(sphere), DVec3::ZERO));
+    // It is no longer an empty scene, and has the name of its file.
+    assert_eq!(scene(&cockpit).description, "");
+    let mut controls = cockpit.session().controls().into_iter();
+    let [left, top, right, bottom] = controls.find(|it| it.name == "empty.ron").unwrap().rect_px;
+    let field = DVec2::new(left + right, top + bottom) / 2.0;
+    cockpit.drive.click(Button::Left, field).ticks(2).press("Ctrl+A").ticks(2);
+    cockpit.drive.give([Input::Text("bungee".to_owned())]).ticks(2).press("Enter").ticks(2);
+    assert!(saved(&mut cockpit).contains("name: \"bungee\""));
 }
 
 #[test]
@@ -448,7 +461,9 @@ impl Deed {
             let things: Vec<_> = session.stage.sim().remaining_bodies().collect();
             let name = session.stage.name(things[body % things.len()]);
             let pixel = cockpit.seen(&name);
-            cockpit.drive.click(Button::Left, pixel).ticks(1);
+            // Beside everything first: the arrows of what was selected would take the click.
+            let corner = cockpit.view()[0] + DVec2::splat(8.0);
+            cockpit.drive.click(Button::Left, corner).ticks(1).click(Button::Left, pixel).ticks(1);
             pixel
         };
         match self {

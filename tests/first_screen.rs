@@ -1,5 +1,6 @@
 //! The picture with the bars shown: the program's own look, what a push and an empty view say, tabs, and the price in one sentence.
 
+use glam::DVec3;
 use lab::cost::{Accuracy, Cost};
 use motion::Method;
 use render::Frame;
@@ -96,6 +97,40 @@ fn a_scene_without_a_camera_wants_to_be_framed_and_one_with_a_camera_does_not() 
 }
 
 #[test]
+fn what_hangs_from_a_spring_is_framed_as_far_as_it_swings() {
+    for (name, place, more) in [
+        ("cord", "(1, 0, 0)", "stiffness_n_m: 30, rest_length_m: 5, pull_only: true"),
+        ("compressed", "(0, -1, 0)", "stiffness_n_m: 30, rest_length_m: 5"),
+        ("pendulum", "(3, 0, 0)", "stiffness_n_m: 3000, rest_length_m: 3"),
+    ] {
+        let text = format!(
+            "(version: 1, gravity: (acceleration_m_s2: (0, -9.8, 0)), bodies: [
+                (name: \"post\", shape: cuboid(half_extents_m: (0.1, 0.1, 0.1)), immovable: true),
+                (name: \"ball\", shape: sphere(radius_m: 0.2), position_m: {place})],
+            springs: [(between: (\"post\", \"ball\"), {more})])"
+        );
+        let mut cockpit = Cockpit::of("empty", [1280, 720]);
+        cockpit.drive.session.open(Scene::parse(name, &text).unwrap());
+        cockpit.drive.ticks(1);
+        cockpit.press("F").drive.ticks(1);
+        let [corner, size] = cockpit.view();
+        let mut lowest = f64::INFINITY;
+        for _ in 0..300 {
+            cockpit.drive.ticks(1);
+            lowest = lowest.min(cockpit.drive.x("ball").y);
+            for body in ["post", "ball"] {
+                let at = (cockpit.seen(body) - corner) / size;
+                let inside = at.min_element() > 0.0 && at.max_element() < 1.0;
+                assert!(inside, "{name}: {body} is at {at} of the view");
+            }
+        }
+        // It is not far away either: the drop is a quarter of the picture or more.
+        let tall = cockpit.pixel(DVec3::ZERO).distance(cockpit.pixel(DVec3::Y * lowest));
+        assert!(tall > 0.25 * size.y, "{name}: {tall} of {size}");
+    }
+}
+
+#[test]
 fn an_empty_view_says_why_and_has_two_ways_out() {
     const FELL: &str = "Nothing collides here: everything fell through the floor.";
     let mut cockpit = Cockpit::of("tutorial", [1280, 720]);
@@ -117,6 +152,8 @@ fn an_empty_view_says_why_and_has_two_ways_out() {
     gone.drive.session.open(Scene::parse("gone", text).unwrap());
     gone.drive.ticks(240);
     assert_eq!(labels(&gone, "Everything that moves has left the view.").len(), 1);
+    gone.click("Frame");
+    assert_eq!(labels(&gone, "Everything that moves has left the view.").len(), 0);
 }
 
 #[test]

@@ -295,7 +295,7 @@ fn a_person_who_is_stuck_is_shown_the_solution() {
     }
     // Two wrong answers, one of which has words of its own.
     for (answer, says) in [
-        ("7", "\"7\" is not what was measured."),
+        ("7", "\"7\" is more than was measured."),
         ("60 m/s", "That is the force. It acts for 1/120 s, on 0.1 kg."),
     ] {
         assert!(!cockpit.has("Show me"));

@@ -164,6 +164,7 @@ impl View {
             self.trails = next.trails;
         }
         (self.labels, self.lamp) = (next.labels, next.lamp);
+        self.ground = self.ground.changed_to(next.ground);
         self.locked = None;
         self.forget_world();
     }

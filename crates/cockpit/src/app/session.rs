@@ -566,7 +566,7 @@ impl Session {
     #[must_use]
     pub fn title(&self) -> String {
         let scene = &self.stage.sim().scene;
-        let file = scene.source.file().and_then(Path::file_name);
+        let file = self.tools.editor.file(scene).and_then(Path::file_name);
         let name = file.map(|name| name.to_string_lossy().into_owned());
         let name = name.unwrap_or_else(|| scene.name.replace('_', " "));
         format!("{}{name} - Inertia", if self.has_unsaved_changes() { "• " } else { "" })

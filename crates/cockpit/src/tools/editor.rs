@@ -14,7 +14,7 @@ use std::path::Path;
 
 use egui::{Align2, CollapsingHeader, Painter, Rect, RichText, TextEdit, Ui};
 use glam::DVec3;
-use motion::{PhysicsBody, Substeps, TimeStep};
+use motion::{Substeps, TimeStep};
 use render::Frame;
 use report::numbers::{capital, rounded};
 use scene::{Scene, TextEdit as SceneEdit};
@@ -36,8 +36,8 @@ use crate::view::marks::{self, FAULT, POINTER};
 use crate::view::{Mode, View, inks};
 use crate::words::{label, plain};
 
-/// Size of an added object, as a fraction of its distance.
-const SIZE: f64 = 0.015;
+/// Radius of an added sphere, as a fraction of its distance: it is a tenth as high as the view.
+const SIZE: f64 = 0.04;
 
 /// Radius of what marks a well, pixels.
 const WELL_PX: f64 = 14.0;
@@ -49,7 +49,7 @@ const NEAREST: f64 = 0.01;
 const OUTWARD: [DVec3; 5] = [DVec3::Y, DVec3::X, DVec3::NEG_X, DVec3::Z, DVec3::NEG_Z];
 
 /// Distance at which an object is added if the middle of the view shows nothing, m.
-const AWAY: f64 = 20.0;
+const AWAY: f64 = 12.0;
 
 /// The editor of a scene.
 #[derive(Default)]
@@ -129,14 +129,15 @@ impl Editor {
             self.spring_ends = Some(ends);
             return None;
         };
-        let inverse = |name: &str| {
-            let body =
-                stage.sim().named(name).and_then(|body| stage.sim().world.get::<PhysicsBody>(body));
-            body.map_or(0.0, |body| body.inverse_mass)
+        let body = |name| {
+            let sim = stage.sim();
+            sim.scene.bodies.get(sim.id(sim.named(name)?)? as usize)
         };
-        let inverse = inverse(from) + inverse(to);
+        let (one, other) = (body(from)?, body(to)?);
+        let inverse: f64 = [one, other].iter().filter_map(|body| body.inverse_mass).sum();
         let reduced = if inverse > 0.0 { 1.0 / inverse } else { 1.0 };
-        let spring = parts::spring([from, to], reduced, substep(stage));
+        let length = one.position.distance(other.position);
+        let spring = parts::spring([from, to], reduced, length, substep(stage));
         Some(Intent::Rewrite(vec![SceneEdit::add("springs", spring)], selected_path(stage)))
     }
 
@@ -186,7 +187,13 @@ impl Editor {
                     let by = free_move(scene, &added(&place), &path, &OUTWARD, false);
                     place.at = scene::moved_place(place.at, by);
                     let is_first = scene.bodies.is_empty();
-                    desk.intents.push(Intent::Rewrite(added(&place), Some(path)));
+                    let mut changes = added(&place);
+                    // That of the shipped scene says that it is empty.
+                    changes.extend((is_first && scene.source.file().is_none()).then(|| {
+                        let (group, key) = (String::new(), "description".to_owned());
+                        SceneEdit::Set { group, key, value: None }
+                    }));
+                    desk.intents.push(Intent::Rewrite(changes, Some(path)));
                     desk.intents.extend(is_first.then_some(Intent::Act(Act::Frame)));
                 }
             }
@@ -288,6 +295,13 @@ impl Editor {
         });
         let mut changes = Vec::new();
         self.form.group(ui, scene, &path, |_| true, &mut changes);
+        if entry.list == "bodies" {
+            let springs = scene.springs.iter().take(TITLES).enumerate();
+            let holds = |ends: &[u32; 2]| ends.iter().any(|end| entry.bodies.contains(end));
+            for (index, _) in springs.filter(|(_, spring)| holds(&spring.ends)) {
+                self.list_entry(ui, scene, "springs", index, true, &mut changes);
+            }
+        }
         change(desk, changes, Some(path));
     }
 
@@ -360,21 +374,34 @@ impl Editor {
             }
             let title = capital(&format!("{list}: {count}"));
             CollapsingHeader::new(title).id_salt(("list", list)).show(ui, |ui| {
-                let titles = self.form.titles(scene, list).to_vec();
-                for (index, title) in titles.into_iter().enumerate() {
-                    let path = format!("{list}[{index}]");
-                    CollapsingHeader::new(title).id_salt(&path).show(ui, |ui| {
-                        if ui.button("Remove").clicked() {
-                            changes.extend(scene.without(&path));
-                        }
-                        self.form.group(ui, scene, &path, |_| true, changes);
-                    });
+                for index in 0..count.min(TITLES) {
+                    self.list_entry(ui, scene, list, index, false, changes);
                 }
                 if count > TITLES {
                     ui.weak(format!("and {} more, in the file", count - TITLES));
                 }
             });
         }
+    }
+
+    /// Lays out an entry of a list, folded unless it `is_open` at first.
+    fn list_entry(
+        &mut self,
+        ui: &mut Ui,
+        scene: &Scene,
+        list: &str,
+        index: usize,
+        is_open: bool,
+        changes: &mut Vec<SceneEdit>,
+    ) {
+        let path = format!("{list}[{index}]");
+        let title = self.form.titles(scene, list).get(index).cloned().unwrap_or_default();
+        CollapsingHeader::new(title).id_salt(&path).default_open(is_open).show(ui, |ui| {
+            if ui.button("Remove").clicked() {
+                changes.extend(scene.without(&path));
+            }
+            self.form.group(ui, scene, &path, |_| true, changes);
+        });
     }
 }
 

@@ -24,8 +24,10 @@ pub(crate) struct Ground {
 }
 
 /// Whether a shape can be a floor.
-fn is_flat(half: DVec3) -> bool {
-    half.x.min(half.z) >= (FLOOR_FLATNESS * half.y).max(FLOOR_HALF_M)
+pub(super) fn is_flat(shape: &Shape) -> bool {
+    let half = shape.half_extents();
+    matches!(shape, Shape::Cuboid { .. })
+        && half.x.min(half.z) >= (FLOOR_FLATNESS * half.y).max(FLOOR_HALF_M)
 }
 
 impl Ground {
@@ -46,17 +48,21 @@ impl Ground {
 
     /// Whether the ground is drawn in place of an immovable box whose middle is at `height`, m.
     pub fn replaces(self, shape: &Shape, height: f64) -> bool {
-        let half = shape.half_extents();
-        let is_top = |top: f64| (height + half.y - top).abs() <= 1e-4 * (1.0 + top.abs());
-        self.floor_top.is_some_and(is_top) && is_flat(half) && matches!(shape, Shape::Cuboid { .. })
+        let is_top =
+            |top: f64| (height + shape.half_extents().y - top).abs() <= 1e-4 * (1.0 + top.abs());
+        self.floor_top.is_some_and(is_top) && is_flat(shape)
+    }
+
+    /// The ground of the `next` text of the scene: it stays where it is as long as everything is above it.
+    pub fn changed_to(self, next: Self) -> Self {
+        let stays = (self.has_up, self.floor_top, self.height.is_some())
+            == (next.has_up, next.floor_top, next.height.is_some());
+        if stays && self.height <= next.height { self } else { next }
     }
 
     pub fn of(scene: &Scene) -> Self {
-        let is_floor = |body: &&BodySpec| {
-            let still = body.inverse_mass.is_none_or(|inverse| inverse == 0.0);
-            still
-                && matches!(body.shape, Some(Shape::Cuboid { half_extents }) if is_flat(half_extents))
-        };
+        let is_floor =
+            |body: &&BodySpec| !body.is_movable() && body.shape.as_ref().is_some_and(is_flat);
         let (floors, others): (Vec<&BodySpec>, Vec<&BodySpec>) =
             scene.bodies.iter().partition(is_floor);
         let half = |body: &BodySpec| body.shape.map_or(DVec3::ZERO, |shape| shape.half_extents());

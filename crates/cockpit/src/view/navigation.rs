@@ -2,13 +2,14 @@
 
 use bevy_ecs::prelude::*;
 use glam::{DVec2, DVec3, Vec3};
-use motion::{PhysicsBody, SoftBody};
+use motion::{Elastic, PhysicsBody, SoftBody};
 use pick::Shape;
-use scene::{BodySpec, CameraSpec, EmitterSpec, Scene};
+use scene::{CameraSpec, EmitterSpec, Scene, SpringSpec};
 
 use crate::stage::Stage;
-use crate::stage::things::Thing;
+use crate::stage::things::{Thing, is_movable};
 use crate::view::View;
+use crate::view::ground::is_flat;
 
 /// Degrees per point of a drag around a place.
 const DEGREES_PER_POINT: f64 = 0.3;
@@ -90,12 +91,13 @@ impl View {
         self.camera.position = pivot + away.normalize_or_zero() * wanted;
     }
 
-    /// The middle of the selection, or of all that moves, m.
+    /// The middle of what [`frame`](Self::frame) frames, m.
     pub(crate) fn middle(stage: &Stage) -> Option<DVec3> {
         extent(stage).map(|(middle, _)| middle)
     }
 
-    /// Puts the selection, or all that moves, into the middle of the view, without turning the camera.
+    /// Puts the selection or, without one, all bodies but floors, scenery and particles into the middle of the view, without
+    /// turning the camera.
     pub(crate) fn frame(&mut self, stage: &Stage) {
         let Some((middle, radius)) = extent(stage) else { return };
         self.locked = None;
@@ -169,53 +171,76 @@ impl View {
     }
 }
 
-/// The bodies that move, and the points of soft bodies.
+/// The bodies that move, and the points of soft bodies, but not the particles of emitters.
 fn moving(stage: &Stage) -> impl Iterator<Item = Entity> {
     let moves = |thing: &Entity| {
         let body = stage.sim().world.get::<PhysicsBody>(*thing);
-        body.is_some_and(|body| body.inverse_mass > 0.0)
+        body.is_some_and(|body| body.inverse_mass > 0.0) && !is_particle(stage, *thing)
     };
     stage.sim().remaining_bodies().filter(moves)
 }
 
-/// Middle and radius of the selection or, without one, of all that moves but particles, with what it hangs from as far as it
-/// hangs, m; of everything if nothing moves.
+fn is_particle(stage: &Stage, thing: Entity) -> bool {
+    stage.sim().id(thing).is_some_and(|id| stage.sim().scene.is_particle(id))
+}
+
+/// Middle and radius of the selection or, without one, of all bodies but floors, scenery and particles, with the ends of springs as
+/// far as they swing, m; of everything if there is nothing else.
 fn extent(stage: &Stage) -> Option<(DVec3, f64)> {
     let (sim, scene) = (stage.sim(), &stage.sim().scene);
-    let is_particle = |thing: &Entity| sim.id(*thing).is_some_and(|id| scene.is_particle(id));
+    let shape = |thing: Entity| sim.world.get::<Shape>(thing);
+    let is_subject = |thing: &Entity| {
+        let is_floor = !is_movable(&sim.world, *thing) && shape(*thing).is_some_and(is_flat);
+        sim.world.get::<PhysicsBody>(*thing).is_some() && !is_floor && !is_particle(stage, *thing)
+    };
     let mut things: Vec<_> = match stage.selection() {
         Some(thing) => {
             let soft = stage.sim().world.get::<SoftBody>(thing);
             soft.map_or_else(|| vec![thing], |soft| soft.points.clone())
         }
-        None => moving(stage).filter(|thing| !is_particle(thing)).collect(),
+        None => sim.remaining_bodies().filter(is_subject).collect(),
     };
     if things.is_empty() {
-        things = moving(stage).collect();
-    }
-    if things.is_empty() {
-        things = stage.sim().remaining_bodies().collect();
+        things = sim.remaining_bodies().collect();
     }
     let balls = things.iter().filter_map(|thing| {
-        let radius = stage.sim().world.get::<Shape>(*thing).map_or(0.0, Shape::bounding_radius);
+        let radius = shape(*thing).map_or(0.0, Shape::bounding_radius);
         Some((stage.drawn_position(*thing)?, radius)).filter(|(place, _)| place.is_finite())
     });
     let whole = stage.selection().is_none();
     let emitters = scene.emitters.iter().filter(|_| whole);
     let reaches = emitters
         .map(|emitter| reach(scene, emitter).unwrap_or_else(|| (place_of(scene, emitter), 0.0)));
-    let hangs = scene.springs.iter().filter(|_| whole).flat_map(|spring| {
-        let held = |end: &u32| scene.bodies.get(*end as usize).filter(|body| !body.is_movable());
-        let ball = |body: &BodySpec| (body.position, spring.elastic.rest_length);
-        spring.ends.iter().filter_map(held).map(ball).collect::<Vec<_>>()
-    });
-    let balls: Vec<_> = balls.chain(reaches).chain(hangs).collect();
+    let swings = scene.springs.iter().filter(|_| whole).filter_map(|spring| swing(scene, spring));
+    let balls: Vec<_> =
+        balls.chain(reaches).chain(swings.flatten().map(|place| (place, 0.0))).collect();
     let least = balls.iter().map(|(place, radius)| *place - *radius).reduce(DVec3::min)?;
     let most = balls.iter().map(|(place, radius)| *place + *radius).reduce(DVec3::max)?;
     let middle = (least + most) / 2.0;
     let radius =
         balls.iter().map(|(place, radius)| place.distance(middle) + radius).fold(0.0, f64::max);
     Some((middle, radius))
+}
+
+/// The ends of the swing of a body that hangs from an immovable one by a spring, m: as far to the other side as it begins, and down
+/// to where the spring has taken up the energy of the fall and of its own compression.
+fn swing(scene: &Scene, spring: &SpringSpec) -> Option<[DVec3; 2]> {
+    let [a, b] = spring.ends.map(|end| scene.bodies.get(end as usize));
+    let (a, b) = a.zip(b)?;
+    let (held, hung) = if a.is_movable() { (b, a) } else { (a, b) };
+    let inverse_mass = hung.inverse_mass.filter(|_| !held.is_movable())?;
+    let Elastic { stiffness, rest_length, pull_only, .. } = spring.elastic;
+    let begins = hung.position - held.position;
+    let fall =
+        scene.gravity.filter(|gravity| gravity.on).map_or(DVec3::ZERO, |fall| fall.acceleration);
+    let down = fall.try_normalize().or_else(|| begins.try_normalize())?;
+    let drop = (rest_length - begins.dot(down)).max(0.0);
+    let pushed = if pull_only { 0.0 } else { (rest_length - begins.length()).max(0.0) };
+    let at_rest = fall.length() / (inverse_mass * stiffness);
+    let stretch = at_rest + (at_rest * (at_rest + 2.0 * drop) + pushed * pushed).sqrt();
+    let across = begins - down * begins.dot(down);
+    let ends = [-across, down * (rest_length + stretch)].map(|by| held.position + by);
+    Some(ends).filter(|ends| ends.iter().all(|end| end.is_finite()))
 }
 
 /// Distance from the scene's camera to the middle of what moves, m; not finite if nothing moves.

@@ -27,6 +27,9 @@ pub(super) fn show(
         if ui.button("Reset").on_hover_text(Act::ResetWorld.binding().tooltip()).clicked() {
             intents.push(Intent::Act(Act::ResetWorld));
         }
+        if ui.button("Frame").on_hover_text(Act::Frame.binding().tooltip()).clicked() {
+            intents.push(Intent::Act(Act::Frame));
+        }
         let follow = ui.button("Follow");
         frame_if_lesson_names(ui, "Follow", &follow);
         let what = "the camera goes with the selection or the first body (L)";

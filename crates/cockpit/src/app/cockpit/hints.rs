@@ -99,7 +99,7 @@ fn words(stage: &Stage, view: &View) -> String {
             let words = match is_movable(&stage.sim().world, thing) {
                 true if pushes => "Drag pulls; hold to push.",
                 true => "Drag pulls.",
-                false => "This cannot be moved.",
+                false => "Forces do not move this.",
             };
             words.to_owned()
         }
@@ -108,7 +108,7 @@ fn words(stage: &Stage, view: &View) -> String {
         }
         (Mode::Selection, Some(thing)) if !is_movable(&stage.sim().world, thing) => {
             format!(
-                "{} cannot be moved. Right drag orbits, middle drag pans, the wheel zooms. F frames it. A click beside a body deselects.",
+                "{}: forces do not move it. Right drag orbits, middle drag pans, the wheel zooms. F frames it. A click beside a body deselects.",
                 stage.name(thing)
             )
         }

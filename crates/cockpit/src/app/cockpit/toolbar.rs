@@ -79,7 +79,8 @@ pub(super) fn show(
         let gravity = stage.sim().world.get_resource::<Gravity>();
         ui.add_enabled_ui(gravity.is_some(), |ui| {
             let on = gravity.is_some_and(|gravity| gravity.on);
-            act(ui, intents, Act::ToggleGravity, ("⬇", "Gravity"), on, true);
+            let button = act(ui, intents, Act::ToggleGravity, ("⬇", "Gravity"), on, true);
+            button.on_disabled_hover_text("This scene has no gravity; Build adds it.");
         });
         let drawn = |ui: &mut Ui, intents: &mut Vec<Intent>| {
             let list = [

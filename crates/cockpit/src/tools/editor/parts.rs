@@ -16,6 +16,12 @@ const COLORS: [&str; 5] = [
 /// The phase that the fastest spring goes through in a substep, radians; semi-implicit Euler is stable below 2.
 const PHASE: f64 = 0.5;
 
+/// How far standard gravity stretches an added spring, as a fraction of its length.
+const SAG: f64 = 0.1;
+
+/// Standard gravity, m/s².
+const STANDARD_GRAVITY: f64 = 9.8;
+
 /// Place and size of an added object.
 pub(super) struct Place {
     /// Position, m.
@@ -86,7 +92,7 @@ pub(super) const PARTS: [Part; 8] = [
 /// The text of an emitter, which ends with the values `more`.
 pub(super) fn emitter(name: &str, place: &Place, color: &str, more: &str) -> String {
     // So fast that particles rise ten sizes against gravity.
-    let speed = rounded((2.0 * 9.8 * 10.0 * place.size).sqrt(), 2);
+    let speed = rounded((2.0 * STANDARD_GRAVITY * 10.0 * place.size).sqrt(), 2);
     let radius = rounded(0.08 * place.size, 2);
     format!(
         "(name: {name:?}, rate_per_s: 60.0, position_m: {}, direction: (0.0, 1.0, 0.0), spread_deg: 15.0, speed_m_s: {speed:?}, life_s: 3.0, radius_m: {radius:?}, mass_kg: 0.01, color: {color}{more})",
@@ -99,21 +105,31 @@ pub(super) const fn color(entries: usize) -> &'static str {
     COLORS[entries % COLORS.len()]
 }
 
-/// The text of a spring between two bodies with those names and that reduced mass, kg.
-pub(super) fn spring(between: [&str; 2], reduced_mass: f64, substep: f64) -> String {
-    let place = Place { at: DVec3::ZERO, size: 1.0, substep };
+/// The text of a spring between two bodies with those names and that reduced mass, kg, at rest at their distance, m: standard
+/// gravity stretches it by [`SAG`] of that.
+pub(super) fn spring(between: [&str; 2], reduced_mass: f64, length: f64, substep: f64) -> String {
+    let sags = reduced_mass * STANDARD_GRAVITY / (SAG * length);
+    let elastic = elastic(sags.min(stiffest(reduced_mass, substep)), reduced_mass);
+    let ([one, other], length) = (between, rounded(length, 3));
     format!(
-        "(between: ({:?}, {:?}), {})",
-        between[0],
-        between[1],
-        springs(&place, reduced_mass, 1.0)
+        "(between: ({one:?}, {other:?}), {elastic}, rest_length_m: {length:?}, pull_only: false)"
     )
 }
 
 /// Stiffness and damping for points of `mass` kilograms: as stiff as [`PHASE`] allows if the squared frequency of the fastest
-/// mode is `factor` times k / m, with a tenth of critical damping.
+/// mode is `factor` times k / m.
 fn springs(place: &Place, mass: f64, factor: f64) -> String {
-    let stiffness = rounded(mass * (PHASE / place.substep).powi(2) / factor, 2);
+    elastic(stiffest(mass, place.substep) / factor, mass)
+}
+
+/// The greatest stiffness that [`PHASE`] allows, N/m.
+fn stiffest(mass: f64, substep: f64) -> f64 {
+    mass * (PHASE / substep).powi(2)
+}
+
+/// A stiffness, N/m, with a tenth of critical damping for `mass`, kg.
+fn elastic(stiffness: f64, mass: f64) -> String {
+    let stiffness = rounded(stiffness, 2);
     let damping = rounded(0.2 * (stiffness * mass).sqrt(), 2);
     format!("stiffness_n_m: {stiffness:?}, damping_n_s_m: {damping:?}")
 }

@@ -499,11 +499,15 @@ impl Running {
 
     /// The sentence about an answer that is not right.
     fn refusal(&self, text: &str) -> String {
+        let mut what = "not what was measured";
         let why = match self.step().map(|step| &step.goal) {
-            Some(Goal::Number { unit, wrong, within, .. }) => {
+            Some(Goal::Number { unit, right, wrong, within, .. }) => {
                 let Some(typed) = number_in(text, unit) else {
                     return format!("\"{text}\" is not a number.");
                 };
+                let right = right.value(|name| self.value(name));
+                what =
+                    if typed < right { "less than was measured" } else { "more than was measured" };
                 let is_near = |wrong: f64| (typed - wrong).abs() <= within * wrong.abs();
                 wrong
                     .iter()
@@ -517,7 +521,7 @@ impl Running {
         };
         why.filter(|why| !why.is_empty())
             .cloned()
-            .unwrap_or_else(|| format!("\"{text}\" is not what was measured."))
+            .unwrap_or_else(|| format!("\"{text}\" is {what}."))
     }
 
     /// The comparisons of `formula` that do not hold, in words.
