@@ -188,11 +188,15 @@ impl Editor {
                     place.at = scene::moved_place(place.at, by);
                     let is_first = scene.bodies.is_empty();
                     let mut changes = added(&place);
-                    // That of the shipped scene says that it is empty.
-                    changes.extend((is_first && scene.source.file().is_none()).then(|| {
-                        let (group, key) = (String::new(), "description".to_owned());
-                        SceneEdit::Set { group, key, value: None }
-                    }));
+                    // Those of the shipped scene say that it is empty.
+                    let stale = is_first && scene.source.file().is_none();
+                    changes.extend(["name", "description"].into_iter().filter(|_| stale).map(
+                        |key| SceneEdit::Set {
+                            group: String::new(),
+                            key: key.to_owned(),
+                            value: None,
+                        },
+                    ));
                     desk.intents.push(Intent::Rewrite(changes, Some(path)));
                     desk.intents.extend(is_first.then_some(Intent::Act(Act::Frame)));
                 }
@@ -296,10 +300,14 @@ impl Editor {
         let mut changes = Vec::new();
         self.form.group(ui, scene, &path, |_| true, &mut changes);
         if entry.list == "bodies" {
-            let springs = scene.springs.iter().take(TITLES).enumerate();
-            let holds = |ends: &[u32; 2]| ends.iter().any(|end| entry.bodies.contains(end));
-            for (index, _) in springs.filter(|(_, spring)| holds(&spring.ends)) {
-                self.list_entry(ui, scene, "springs", index, true, &mut changes);
+            let is_own = |id: &u32| entry.bodies.contains(id);
+            let holds = scene.springs.iter().map(|spring| spring.ends.iter().any(is_own));
+            let rides = scene.emitters.iter().map(|emitter| emitter.rides_on.iter().any(is_own));
+            let own = [("springs", holds.collect::<Vec<_>>()), ("emitters", rides.collect())];
+            for (list, are_own) in own {
+                for index in (0..are_own.len().min(TITLES)).filter(|index| are_own[*index]) {
+                    self.list_entry(ui, scene, list, index, true, &mut changes);
+                }
             }
         }
         change(desk, changes, Some(path));
@@ -586,7 +594,9 @@ fn place(stage: &Stage, view: &mut View) -> Place {
     let [_, size_px] = view.view_area();
     let ray = view.viewpoint().ray_through(size_px / 2.0, size_px);
     let hit = view.cast(stage, &ray).map(|hit| hit.distance);
-    let distance = hit.unwrap_or(AWAY).max(NEAREST);
+    // Beside the others, as deep in the picture as their middle.
+    let depth = || Some((View::middle(stage)? - ray.origin()).dot(ray.direction()));
+    let distance = hit.or_else(depth).filter(|far| *far > 0.0).unwrap_or(AWAY).max(NEAREST);
     let size = rounded_1_2_5(SIZE * distance);
     let at = match hit {
         Some(_) => ray.at(distance) + DVec3::Y * size,

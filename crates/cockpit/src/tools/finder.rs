@@ -48,6 +48,9 @@ impl Tool for Finder {
         } else {
             let file = list_files(ui, &files, first_is_file.then_some(0));
             let file = file.or_else(|| files.first().filter(|_| enter && first_is_file).cloned());
+            if !files.is_empty() {
+                ui.strong("Scenes of the program");
+            }
             scenes.into_iter().enumerate().fold(file, |chosen, (row, scene)| {
                 let is_first = row == 0 && !first_is_file;
                 let clicked = ui.selectable_label(is_first, scene.name).clicked();

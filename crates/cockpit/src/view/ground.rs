@@ -1,8 +1,9 @@
 //! The ground below scenes that have an up direction.
 
 use glam::DVec3;
+use motion::Elastic;
 use pick::Shape;
-use scene::{BodySpec, Scene};
+use scene::{BodySpec, Scene, SpringSpec};
 
 /// Least half width and half length of a floor, as multiples of its half height.
 const FLOOR_FLATNESS: f64 = 4.0;
@@ -69,11 +70,13 @@ impl Ground {
         let low = |bodies: &[&BodySpec]| {
             bodies.iter().map(|body| body.position - half(body)).fold(DVec3::INFINITY, DVec3::min)
         };
+        let swings = scene.springs.iter().filter_map(|spring| swing(scene, spring)).flatten();
+        let lowest = swings.fold(low(&others), DVec3::min);
         let high = others
             .iter()
             .map(|body| body.position + half(body))
             .fold(DVec3::NEG_INFINITY, DVec3::max);
-        let size = (high - low(&others)).max_element().max(1.0);
+        let size = (high - lowest).max_element().max(1.0);
         // A slab in the air, above other bodies, stands on nothing.
         let stands = low(&floors).y <= low(&others).y;
         let are_scenery = floors.iter().all(|body| body.inverse_mass.is_none());
@@ -81,7 +84,7 @@ impl Ground {
         // The lowest: the ground would hide a floor below it.
         let floor_top = tops.reduce(f64::min).filter(|_| stands);
         let height = if floors.is_empty() {
-            scene.gravity.is_some().then(|| low(&others).y - size)
+            scene.gravity.is_some().then(|| lowest.y - size)
         } else {
             (stands && are_scenery).then(|| low(&floors).y)
         };
@@ -93,6 +96,27 @@ impl Ground {
             spacing: 10.0_f64.powf(size.log10().round()),
         }
     }
+}
+
+/// The ends of the swing of a body that hangs from an immovable one by a spring, m: as far to the other side as it begins, and down
+/// to where the spring has taken up the energy of the fall and of its own compression.
+pub(super) fn swing(scene: &Scene, spring: &SpringSpec) -> Option<[DVec3; 2]> {
+    let [a, b] = spring.ends.map(|end| scene.bodies.get(end as usize));
+    let (a, b) = a.zip(b)?;
+    let (held, hung) = if a.is_movable() { (b, a) } else { (a, b) };
+    let inverse_mass = hung.inverse_mass.filter(|_| !held.is_movable())?;
+    let Elastic { stiffness, rest_length, pull_only, .. } = spring.elastic;
+    let begins = hung.position - held.position;
+    let fall =
+        scene.gravity.filter(|gravity| gravity.on).map_or(DVec3::ZERO, |fall| fall.acceleration);
+    let down = fall.try_normalize().or_else(|| begins.try_normalize())?;
+    let drop = (rest_length - begins.dot(down)).max(0.0);
+    let pushed = if pull_only { 0.0 } else { (rest_length - begins.length()).max(0.0) };
+    let at_rest = fall.length() / (inverse_mass * stiffness);
+    let stretch = at_rest + (at_rest * (at_rest + 2.0 * drop) + pushed * pushed).sqrt();
+    let across = begins - down * begins.dot(down);
+    let ends = [-across, down * (rest_length + stretch)].map(|by| held.position + by);
+    Some(ends).filter(|ends| ends.iter().all(|end| end.is_finite()))
 }
 
 #[cfg(test)]

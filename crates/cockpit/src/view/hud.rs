@@ -304,6 +304,9 @@ fn state(stage: &Stage, view: &View) -> Vec<(String, Color32)> {
     if stage.playback().paused() {
         lines.push(("paused: P continues, . steps".to_owned(), WARNING));
     }
+    if let Some(thing) = view.locked.and_then(|thing| thing.entity(stage.sim())) {
+        lines.push((format!("following {}: L stops", stage.name(thing)), THIN));
+    }
     if let Some((some, all)) = view.trail.left_out().filter(|_| view.trails) {
         lines.push((format!("trails of the first {some} of {all} bodies"), THIN));
     }

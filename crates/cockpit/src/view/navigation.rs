@@ -2,14 +2,14 @@
 
 use bevy_ecs::prelude::*;
 use glam::{DVec2, DVec3, Vec3};
-use motion::{Elastic, PhysicsBody, SoftBody};
+use motion::{PhysicsBody, SoftBody};
 use pick::Shape;
-use scene::{CameraSpec, EmitterSpec, Scene, SpringSpec};
+use scene::{CameraSpec, EmitterSpec, Scene};
 
 use crate::stage::Stage;
 use crate::stage::things::{Thing, is_movable};
 use crate::view::View;
-use crate::view::ground::is_flat;
+use crate::view::ground::{is_flat, swing};
 
 /// Degrees per point of a drag around a place.
 const DEGREES_PER_POINT: f64 = 0.3;
@@ -50,7 +50,7 @@ impl View {
             return ray.at(hit.distance);
         }
         let selected = stage.selection().and_then(|thing| stage.drawn_position(thing));
-        selected.or_else(|| Some(extent(stage)?.0)).unwrap_or_else(|| ray.at(OF_A_POINT))
+        selected.or_else(|| Some(extent(stage, None)?.0)).unwrap_or_else(|| ray.at(OF_A_POINT))
     }
 
     /// Moves the camera by a drag of `by` pixels; a point has `pixels_per_point` pixels.
@@ -93,13 +93,22 @@ impl View {
 
     /// The middle of what [`frame`](Self::frame) frames, m.
     pub(crate) fn middle(stage: &Stage) -> Option<DVec3> {
-        extent(stage).map(|(middle, _)| middle)
+        extent(stage, stage.selection()).map(|(middle, _)| middle)
     }
 
     /// Puts the selection or, without one, all bodies but floors, scenery and particles into the middle of the view, without
     /// turning the camera.
     pub(crate) fn frame(&mut self, stage: &Stage) {
-        let Some((middle, radius)) = extent(stage) else { return };
+        self.frame_ball(extent(stage, stage.selection()));
+    }
+
+    /// Puts all bodies but floors, scenery and particles into the middle of the view, without turning the camera.
+    pub(crate) fn frame_all(&mut self, stage: &Stage) {
+        self.frame_ball(extent(stage, None));
+    }
+
+    fn frame_ball(&mut self, ball: Option<(DVec3, f64)>) {
+        let Some((middle, radius)) = ball else { return };
         self.locked = None;
         let distance = self.framed_distance(radius);
         self.camera.position = middle - self.viewpoint().forward() * distance;
@@ -110,7 +119,7 @@ impl View {
     /// which no scene is made.
     #[must_use]
     pub fn should_be_framed(&self, stage: &Stage) -> bool {
-        let Some((middle, radius)) = extent(stage) else { return false };
+        let Some((middle, radius)) = extent(stage, None) else { return false };
         let [_, size] = self.view_area();
         let is_upright = self.has_bars() && size.y > size.x;
         is_upright
@@ -158,7 +167,7 @@ impl View {
         self.camera.reset();
         self.locked = None;
         if self.has_bars() && self.should_be_framed(stage) {
-            self.frame(stage);
+            self.frame_all(stage);
         }
     }
 
@@ -184,16 +193,16 @@ fn is_particle(stage: &Stage, thing: Entity) -> bool {
     stage.sim().id(thing).is_some_and(|id| stage.sim().scene.is_particle(id))
 }
 
-/// Middle and radius of the selection or, without one, of all bodies but floors, scenery and particles, with the ends of springs as
+/// Middle and radius of `one` thing or, without it, of all bodies but floors, scenery and particles, with the ends of springs as
 /// far as they swing, m; of everything if there is nothing else.
-fn extent(stage: &Stage) -> Option<(DVec3, f64)> {
+fn extent(stage: &Stage, one: Option<Entity>) -> Option<(DVec3, f64)> {
     let (sim, scene) = (stage.sim(), &stage.sim().scene);
     let shape = |thing: Entity| sim.world.get::<Shape>(thing);
     let is_subject = |thing: &Entity| {
         let is_floor = !is_movable(&sim.world, *thing) && shape(*thing).is_some_and(is_flat);
         sim.world.get::<PhysicsBody>(*thing).is_some() && !is_floor && !is_particle(stage, *thing)
     };
-    let mut things: Vec<_> = match stage.selection() {
+    let mut things: Vec<_> = match one {
         Some(thing) => {
             let soft = stage.sim().world.get::<SoftBody>(thing);
             soft.map_or_else(|| vec![thing], |soft| soft.points.clone())
@@ -207,7 +216,7 @@ fn extent(stage: &Stage) -> Option<(DVec3, f64)> {
         let radius = shape(*thing).map_or(0.0, Shape::bounding_radius);
         Some((stage.drawn_position(*thing)?, radius)).filter(|(place, _)| place.is_finite())
     });
-    let whole = stage.selection().is_none();
+    let whole = one.is_none();
     let emitters = scene.emitters.iter().filter(|_| whole);
     let reaches = emitters
         .map(|emitter| reach(scene, emitter).unwrap_or_else(|| (place_of(scene, emitter), 0.0)));
@@ -220,27 +229,6 @@ fn extent(stage: &Stage) -> Option<(DVec3, f64)> {
     let radius =
         balls.iter().map(|(place, radius)| place.distance(middle) + radius).fold(0.0, f64::max);
     Some((middle, radius))
-}
-
-/// The ends of the swing of a body that hangs from an immovable one by a spring, m: as far to the other side as it begins, and down
-/// to where the spring has taken up the energy of the fall and of its own compression.
-fn swing(scene: &Scene, spring: &SpringSpec) -> Option<[DVec3; 2]> {
-    let [a, b] = spring.ends.map(|end| scene.bodies.get(end as usize));
-    let (a, b) = a.zip(b)?;
-    let (held, hung) = if a.is_movable() { (b, a) } else { (a, b) };
-    let inverse_mass = hung.inverse_mass.filter(|_| !held.is_movable())?;
-    let Elastic { stiffness, rest_length, pull_only, .. } = spring.elastic;
-    let begins = hung.position - held.position;
-    let fall =
-        scene.gravity.filter(|gravity| gravity.on).map_or(DVec3::ZERO, |fall| fall.acceleration);
-    let down = fall.try_normalize().or_else(|| begins.try_normalize())?;
-    let drop = (rest_length - begins.dot(down)).max(0.0);
-    let pushed = if pull_only { 0.0 } else { (rest_length - begins.length()).max(0.0) };
-    let at_rest = fall.length() / (inverse_mass * stiffness);
-    let stretch = at_rest + (at_rest * (at_rest + 2.0 * drop) + pushed * pushed).sqrt();
-    let across = begins - down * begins.dot(down);
-    let ends = [-across, down * (rest_length + stretch)].map(|by| held.position + by);
-    Some(ends).filter(|ends| ends.iter().all(|end| end.is_finite()))
 }
 
 /// Distance from the scene's camera to the middle of what moves, m; not finite if nothing moves.

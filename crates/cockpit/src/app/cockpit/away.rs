@@ -27,8 +27,8 @@ pub(super) fn show(
         if ui.button("Reset").on_hover_text(Act::ResetWorld.binding().tooltip()).clicked() {
             intents.push(Intent::Act(Act::ResetWorld));
         }
-        if ui.button("Frame").on_hover_text(Act::Frame.binding().tooltip()).clicked() {
-            intents.push(Intent::Act(Act::Frame));
+        if ui.button("First view").on_hover_text(Act::ResetCamera.binding().tooltip()).clicked() {
+            intents.push(Intent::Act(Act::ResetCamera));
         }
         let follow = ui.button("Follow");
         frame_if_lesson_names(ui, "Follow", &follow);

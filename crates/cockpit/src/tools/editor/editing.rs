@@ -134,19 +134,11 @@ impl Editor {
 
     /// Orders the scene to be written into the file that the editor names.
     pub(super) fn save_scene(&mut self, stage: &mut Stage) {
-        let mut text = present_text(stage);
+        let text = present_text(stage);
         let scene = &stage.sim().scene;
         let mut path = PathBuf::from(self.file_to_save(scene));
         if path.extension().is_none() {
             path.set_extension("ron");
-        }
-        // A copy of a shipped scene is another scene.
-        let name = path.file_stem().map(|stem| stem.to_string_lossy());
-        if let Some(name) =
-            name.filter(|name| scene.source.file().is_none() && **name != *scene.name)
-        {
-            let named = TextEdit::set("", "name", format!("{name:?}"));
-            text = rewritten(stage, &text, &[named]).map_or(text, |scene| scene.text);
         }
         let file = self.document(scene).file.clone();
         let replaces = file.filter(|(file, _)| *file == path).map(|(_, text)| text);

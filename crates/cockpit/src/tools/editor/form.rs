@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use egui::{Align, ComboBox, Grid, Layout, PopupCloseBehavior, Response, TextEdit, Ui};
+use egui::{Align, ComboBox, Grid, Layout, PopupCloseBehavior, Response, TextEdit, Ui, Vec2};
 use motion::{DampingModel, Method};
 use report::numbers::{capital, rounded};
 use scene::{BodySpec, Field, Kind, Scene, TextEdit as Change, Value};
@@ -264,7 +264,7 @@ fn widget(ui: &mut Ui, scene: &Scene, [name, key, unit]: [&str; 3], value: &mut 
         Value::Text(text) if matches!(key, "body" | "rides_on") && has_few => {
             body(ui, name, scene, text)
         }
-        Value::Text(text) => done(ui.add(TextEdit::singleline(text).desired_width(FIELD))),
+        Value::Text(text) => done(ui.add(field(TextEdit::singleline(text)))),
         Value::Written(written) if key == "shape" => shape(ui, name, written),
         Value::Written(written) if key == "between" && has_few && quoted(written).len() == 2 => {
             let mut ends = quoted(written);
@@ -299,9 +299,7 @@ fn widget(ui: &mut Ui, scene: &Scene, [name, key, unit]: [&str; 3], value: &mut 
         Value::Written(written) => {
             let words = words(key);
             if words.is_empty() {
-                return done(
-                    ui.add(TextEdit::singleline(written).code_editor().desired_width(FIELD)),
-                );
+                return done(ui.add(field(TextEdit::singleline(written).code_editor())));
             }
             let before = written.clone();
             ComboBox::from_id_salt(name)
@@ -315,6 +313,11 @@ fn widget(ui: &mut Ui, scene: &Scene, [name, key, unit]: [&str; 3], value: &mut 
             before != *written
         }
     }
+}
+
+/// A field for text as wide as [`FIELD`]: a cell of a grid would leave it the width that the cell had before.
+fn field(text: TextEdit<'_>) -> TextEdit<'_> {
+    text.desired_width(FIELD).min_size(Vec2::X * FIELD)
 }
 
 /// Greatest number of bodies in a list to pick from.
