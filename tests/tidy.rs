@@ -115,6 +115,18 @@ const NEVER: &[Never] = &[
         except: &["crates/lab/src/clock.rs", "crates/page"],
         words: &["wasm"],
     },
+    // What differs between systems is behind the doors of the window, of files and of the clock, or in a manifest.
+    Never {
+        folders: &["crates"],
+        except: &[
+            "crates/sandbox/src/window",
+            "crates/sandbox/src/output",
+            "crates/sandbox/src/output.rs",
+            "crates/lab/src/clock.rs",
+            "crates/motion/benches/common/mod.rs",
+        ],
+        words: &["target_os", "target_vendor", "(unix", "(windows", "(not(unix", "(not(windows"],
+    },
     // Scenes and their worlds need the logs of particles on a graphics device, and no device.
     Never {
         folders: &["crates/swarm/src"],

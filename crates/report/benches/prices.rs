@@ -24,7 +24,7 @@ fn main() {
     let (flags, names): (Vec<_>, Vec<_>) =
         std::env::args().skip(1).partition(|word| word.starts_with('-'));
     let is_test = flags.iter().any(|flag| flag == "--test");
-    if !take_real_time_priority() {
+    if take_real_time_priority() != Some(true) {
         eprintln!(
             "without real-time priority: as root, or with `sudo chrt -f 1`, times agree better"
         );

@@ -39,7 +39,7 @@ use crate::window::{self, WindowArgs};
 
 /// A physics sandbox: the scene of the tutorial "Physics - Linear Motion", and what can be built on it.
 #[derive(Debug, Parser)]
-#[command(name = "sandbox", version, args_conflicts_with_subcommands = true, after_help = AFTER_HELP)]
+#[command(name = "sandbox", version = VERSION, args_conflicts_with_subcommands = true, after_help = AFTER_HELP)]
 pub struct Cli {
     #[command(subcommand)]
     command: Option<Command>,
@@ -49,6 +49,12 @@ pub struct Cli {
     #[command(flatten)]
     window: WindowArgs,
 }
+
+/// The version; `scripts/package` gives one with the commit.
+const VERSION: &str = match option_env!("INERTIA_VERSION") {
+    Some(version) => version,
+    None => env!("CARGO_PKG_VERSION"),
+};
 
 const AFTER_HELP: &str = "\
 Examples:

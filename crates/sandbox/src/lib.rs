@@ -16,4 +16,4 @@ pub use cockpit::{
 pub use commands::plan;
 pub use history::Overrides;
 pub use output::files::end_without_memory;
-pub use output::{STDOUT_IS_CLOSED, report, tell};
+pub use output::{report, tell};

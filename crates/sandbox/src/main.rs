@@ -4,20 +4,6 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::env;
 use std::process::ExitCode;
 
-/// Checks whether standard output is open, before Rust opens `/dev/null` in place of a closed one.
-#[cfg(target_os = "linux")]
-#[used]
-#[expect(unsafe_code, reason = "the linker calls what is in this section before `main`")]
-#[unsafe(link_section = ".init_array")]
-static BEFORE_MAIN: extern "C" fn() = {
-    extern "C" fn look_at_stdout() {
-        #[expect(unsafe_code, reason = "no library asks whether a file is open")]
-        let flags = unsafe { libc::fcntl(libc::STDOUT_FILENO, libc::F_GETFD) };
-        sandbox::STDOUT_IS_CLOSED.store(flags == -1, std::sync::atomic::Ordering::Relaxed);
-    }
-    look_at_stdout
-};
-
 /// The system's allocator. If there is no memory left, the program ends in words and with an exit code.
 struct OrEnd;
 

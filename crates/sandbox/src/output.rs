@@ -21,7 +21,21 @@ use crate::failure::Failure;
 
 /// Whether the program was started with standard output closed. Rust opens `/dev/null` in its place, where everything is lost
 /// without an error.
-pub static STDOUT_IS_CLOSED: AtomicBool = AtomicBool::new(false);
+static STDOUT_IS_CLOSED: AtomicBool = AtomicBool::new(false);
+
+/// Checks whether standard output is open, before Rust opens `/dev/null` in place of a closed one.
+#[cfg(target_os = "linux")]
+#[used]
+#[expect(unsafe_code, reason = "the linker calls what is in this section before `main`")]
+#[unsafe(link_section = ".init_array")]
+static BEFORE_MAIN: extern "C" fn() = {
+    extern "C" fn look_at_stdout() {
+        #[expect(unsafe_code, reason = "no library asks whether a file is open")]
+        let flags = unsafe { libc::fcntl(libc::STDOUT_FILENO, libc::F_GETFD) };
+        STDOUT_IS_CLOSED.store(flags == -1, Ordering::Relaxed);
+    }
+    look_at_stdout
+};
 
 /// Prints a message on standard error.
 pub fn tell(message: &str) {

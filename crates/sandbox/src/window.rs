@@ -2,12 +2,14 @@
 
 mod display;
 mod drafts;
+mod pinch;
 mod pointer;
 mod program;
 mod recorder;
 mod remembered;
 mod screen;
 mod shell;
+mod system;
 mod wheel;
 
 use std::ffi::OsString;
@@ -69,6 +71,8 @@ pub(crate) struct WindowArgs {
 
 /// Opens the window and runs until it is closed.
 pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
+    system::leave_own_console();
+    system::leave_root_folder();
     let mut files = CommandFiles::default();
     let lesson = args.lesson.as_deref().map(|name| files.lesson(name)).transpose()?;
     let home = lesson.as_ref().map(|lesson| beside(&lesson.name, &lesson.scene));

@@ -99,7 +99,7 @@ pub(crate) fn run(args: &CostArgs) -> Result<(), Failure> {
         complete: false,
         studies: Vec::new(),
     };
-    if cfg!(target_os = "linux") && !take_real_time_priority() {
+    if take_real_time_priority() == Some(false) {
         tell(DISTURBED);
     }
     target.save(&report)?;

@@ -4,6 +4,7 @@ use std::panic;
 
 use egui_winit::accesskit_winit::Event;
 use winit::event_loop::{EventLoop, EventLoopBuilder};
+use winit::window::WindowAttributes;
 
 use crate::failure::Failure;
 
@@ -65,6 +66,20 @@ pub(super) fn end_with(event_loop: &EventLoop<Event>) {
 #[cfg(not(all(unix, not(target_vendor = "apple"))))]
 pub(super) fn end_with(_: &EventLoop<Event>) {}
 
+/// Gives a window the name by which a desktop finds `inertia.desktop`, and its icon.
+#[cfg(all(unix, not(target_vendor = "apple")))]
+pub(super) fn named(window: WindowAttributes) -> WindowAttributes {
+    use winit::platform::wayland::WindowAttributesExtWayland as _;
+
+    // On X11 it is the same field.
+    window.with_name("inertia", "inertia")
+}
+
+#[cfg(not(all(unix, not(target_vendor = "apple"))))]
+pub(super) fn named(window: WindowAttributes) -> WindowAttributes {
+    window
+}
+
 /// winit's errors name a line of its own source (`os error at ...rs:788: what`), which is no cure. Returns only the rest.
 pub(super) fn without_place(error: &str) -> String {
     let what = error.split_once(".rs:").and_then(|(_, rest)| rest.split_once(": "));
@@ -98,7 +113,16 @@ fn choose(builder: &mut EventLoopBuilder<Event>) -> bool {
     true
 }
 
-#[cfg(not(all(unix, not(target_vendor = "apple"))))]
+/// Leaves out the menu of macOS, whose Quit would not ask about unsaved changes: so Command+Q is a key.
+#[cfg(target_os = "macos")]
+fn choose(builder: &mut EventLoopBuilder<Event>) -> bool {
+    use winit::platform::macos::EventLoopBuilderExtMacOS as _;
+
+    builder.with_default_menu(false);
+    true
+}
+
+#[cfg(not(unix))]
 fn choose(_: &mut EventLoopBuilder<Event>) -> bool {
     true
 }

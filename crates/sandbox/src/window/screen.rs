@@ -7,7 +7,7 @@ use render::wgpu::{Instance, InstanceDescriptor};
 use render::{Image, RenderError};
 use winit::dpi::PhysicalSize;
 use winit::event_loop::{ActiveEventLoop, EventLoopProxy, OwnedDisplayHandle};
-use winit::window::Window;
+use winit::window::{Icon, Window};
 
 use super::display;
 use crate::failure::Failure;
@@ -43,8 +43,9 @@ impl Screen {
         let most =
             monitor.map(|monitor| monitor.size()).filter(|most| most.width > 0 && most.height > 0);
         let most = most.unwrap_or(PhysicalSize::new(width, height));
-        let attributes = Window::default_attributes()
+        let attributes = display::named(Window::default_attributes())
             .with_title("Inertia")
+            .with_window_icon(icon())
             // Screen readers have to be connected before it is seen.
             .with_visible(false)
             .with_inner_size(PhysicalSize::new(width.min(most.width), height.min(most.height)));
@@ -108,6 +109,13 @@ impl Screen {
         let copy = self.surface.copy(&session.picture())?;
         Ok(copy.read(&self.surface.gpu)?)
     }
+}
+
+/// The icon of the window, where systems show one.
+fn icon() -> Option<Icon> {
+    let png = include_bytes!("../../packaging/inertia.png");
+    let image = Image::decode_png(std::io::Cursor::new(png)).ok()?;
+    Icon::from_rgba(image.rgba, image.size_px[0], image.size_px[1]).ok()
 }
 
 /// Opens a device to draw into a window.

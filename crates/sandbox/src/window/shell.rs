@@ -15,6 +15,7 @@ use winit::keyboard::{Key as Logical, ModifiersState, PhysicalKey};
 use winit::window::WindowId;
 
 use super::drafts::Drafts;
+use super::pinch::Pinch;
 use super::pointer::Pointer;
 use super::program::WindowProgram;
 use super::recorder::Recorder;
@@ -57,6 +58,7 @@ pub(super) struct Shell {
     start: Instant,
     occluded: bool,
     wheel: Wheel,
+    pinch: Pinch,
     pub failure: Option<Failure>,
     /// How the panels are to be arranged when the window is there.
     pub arrangement: Option<String>,
@@ -121,6 +123,7 @@ impl ApplicationHandler<Event> for Shell {
             WindowEvent::ModifiersChanged(modifiers) => self.modifiers = modifiers.state(),
             WindowEvent::KeyboardInput { event, is_synthetic: false, .. } => self.key(&event),
             WindowEvent::CursorMoved { position, .. } => {
+                self.pinch.pointer = position;
                 let known =
                     !self.mode_changes && self.pointer.holds() == self.session.view.grabs_pointer();
                 if let (Some(screen), true) = (&self.screen, known) {
@@ -146,6 +149,9 @@ impl ApplicationHandler<Event> for Shell {
             WindowEvent::MouseWheel { delta, .. } => {
                 let scale = self.screen.as_ref().map_or(1.0, |screen| screen.window.scale_factor());
                 self.frames.events.extend(self.wheel.notches(delta, scale).map(Input::Wheel));
+            }
+            WindowEvent::PinchGesture { delta, phase, .. } => {
+                self.frames.events.extend(self.pinch.magnified(delta, phase));
             }
             WindowEvent::Touch(Touch { phase, location, id, .. }) => {
                 let phase = match phase {
@@ -242,6 +248,7 @@ impl Shell {
             start: Instant::now(),
             occluded: false,
             wheel: Wheel::default(),
+            pinch: Pinch::default(),
             failure: None,
             arrangement: None,
             arranged: None,
