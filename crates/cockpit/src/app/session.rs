@@ -652,7 +652,7 @@ impl Session {
                 self.act(Act::ResetCamera);
                 // Works without the bars, too; the key does not.
                 if self.view.should_be_framed(&self.stage) {
-                    self.view.frame(&self.stage);
+                    self.view.frame_all(&self.stage);
                 }
             }
         }

@@ -301,11 +301,16 @@ impl Editor {
         self.form.group(ui, scene, &path, |_| true, &mut changes);
         if entry.list == "bodies" {
             let is_own = |id: &u32| entry.bodies.contains(id);
-            let holds = scene.springs.iter().map(|spring| spring.ends.iter().any(is_own));
-            let rides = scene.emitters.iter().map(|emitter| emitter.rides_on.iter().any(is_own));
+            let holds =
+                scene.springs.iter().take(TITLES).map(|spring| spring.ends.iter().any(is_own));
+            let rides = scene
+                .emitters
+                .iter()
+                .take(TITLES)
+                .map(|emitter| emitter.rides_on.iter().any(is_own));
             let own = [("springs", holds.collect::<Vec<_>>()), ("emitters", rides.collect())];
             for (list, are_own) in own {
-                for index in (0..are_own.len().min(TITLES)).filter(|index| are_own[*index]) {
+                for index in (0..are_own.len()).filter(|index| are_own[*index]) {
                     self.list_entry(ui, scene, list, index, true, &mut changes);
                 }
             }

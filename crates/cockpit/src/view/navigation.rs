@@ -147,9 +147,9 @@ impl View {
         Some(at?.0.distance(aside?.0)).filter(|pixels| pixels.is_finite() && *pixels > 0.0)
     }
 
-    /// Whether bodies move, and none of the first [`CROWD`] of them is inside the view.
+    /// Whether bodies move, and none of them is inside the view.
     pub(crate) fn has_lost_all(&self, stage: &Stage) -> bool {
-        let mut moving = moving(stage).take(CROWD).peekable();
+        let mut moving = moving(stage).peekable();
         let is_seen = |place: DVec3| self.seen_at(place).is_some_and(|(_, inside)| inside);
         moving.peek().is_some()
             && !moving.any(|thing| stage.drawn_position(thing).is_some_and(is_seen))
@@ -159,7 +159,7 @@ impl View {
     pub(crate) fn all_fell_through(&self, stage: &Stage) -> bool {
         let height = |thing| stage.drawn_position(thing).map_or(f64::NAN, |place| place.y);
         let top = self.ground.floor_top;
-        top.is_some_and(|top| moving(stage).take(CROWD).all(|thing| height(thing) < top))
+        top.is_some_and(|top| moving(stage).all(|thing| height(thing) < top))
     }
 
     /// Puts the camera back to where the scene put it, and unlocks it.
@@ -180,13 +180,13 @@ impl View {
     }
 }
 
-/// The bodies that move, and the points of soft bodies, but not the particles of emitters.
+/// The bodies that move, and the points of soft bodies, but not the particles of emitters, among the first [`CROWD`].
 fn moving(stage: &Stage) -> impl Iterator<Item = Entity> {
     let moves = |thing: &Entity| {
         let body = stage.sim().world.get::<PhysicsBody>(*thing);
         body.is_some_and(|body| body.inverse_mass > 0.0) && !is_particle(stage, *thing)
     };
-    stage.sim().remaining_bodies().filter(moves)
+    stage.sim().remaining_bodies().take(CROWD).filter(moves)
 }
 
 fn is_particle(stage: &Stage, thing: Entity) -> bool {

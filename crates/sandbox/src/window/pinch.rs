@@ -32,7 +32,7 @@ impl Pinch {
             Phase::Ended => TouchPhase::Up,
             Phase::Cancelled => TouchPhase::Cancel,
         };
-        // A sum that goes below -1 is noise of the pad.
+        // Fingers do not pass each other, whatever a pad reports.
         self.apart *= (1.0 + delta).max(0.1);
         let PhysicalPosition { x, y } = self.middle;
         let half = 0.5 * self.apart;

@@ -1,5 +1,6 @@
 //! The open lesson, and progress in it.
 
+use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -506,8 +507,11 @@ impl Running {
                     return format!("\"{text}\" is not a number.");
                 };
                 let right = right.value(|name| self.value(name));
-                what =
-                    if typed < right { "less than was measured" } else { "more than was measured" };
+                what = match typed.total_cmp(&right) {
+                    _ if !right.is_finite() => what,
+                    Ordering::Less => "less than was measured",
+                    Ordering::Equal | Ordering::Greater => "more than was measured",
+                };
                 let is_near = |wrong: f64| (typed - wrong).abs() <= within * wrong.abs();
                 wrong
                     .iter()
