@@ -84,7 +84,7 @@ impl Ground {
         // The lowest: the ground would hide a floor below it.
         let floor_top = tops.reduce(f64::min).filter(|_| stands);
         let height = if floors.is_empty() {
-            scene.gravity.is_some().then(|| lowest.y - size)
+            scene.gravity.is_some().then_some(lowest.y - size)
         } else {
             (stands && are_scenery).then(|| low(&floors).y)
         };

@@ -49,13 +49,11 @@ mod tests {
     fn fingers_move_apart_by_the_magnification_around_the_pointer() {
         let pointer = PhysicalPosition::new(400.0, 300.0);
         let mut pinch = Pinch { pointer, ..Pinch::default() };
-        let mut places = |delta, phase| {
-            pinch.magnified(delta, phase).map(|input| match input {
-                Input::Touch(_, phase, x, 300.0) => (phase, x),
-                other => panic!("{other:?}"),
-            })
+        let mut places = |delta, phase| format!("{:?}", pinch.magnified(delta, phase));
+        let both = |phase, [one, other]: [f64; 2]| {
+            let places = [(FINGERS[0], one), (FINGERS[1], other)];
+            format!("{:?}", places.map(|(finger, x)| Input::Touch(finger, phase, x, 300.0)))
         };
-        let both = |phase, [one, other]: [f64; 2]| [(phase, one), (phase, other)];
         assert_eq!(places(0.0, Phase::Started), both(TouchPhase::Down, [300.0, 500.0]));
         assert_eq!(places(0.5, Phase::Moved), both(TouchPhase::Move, [250.0, 550.0]));
         assert_eq!(places(-0.5, Phase::Moved), both(TouchPhase::Move, [325.0, 475.0]));
