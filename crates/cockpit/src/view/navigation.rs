@@ -194,7 +194,7 @@ fn is_particle(stage: &Stage, thing: Entity) -> bool {
 }
 
 /// Middle and radius of `one` thing or, without it, of all bodies but floors, scenery and particles, with the ends of springs as
-/// far as they swing, m; of everything if there is nothing else.
+/// far as they swing, m; of everything in a scene without such bodies.
 fn extent(stage: &Stage, one: Option<Entity>) -> Option<(DVec3, f64)> {
     let (sim, scene) = (stage.sim(), &stage.sim().scene);
     let shape = |thing: Entity| sim.world.get::<Shape>(thing);

@@ -23,21 +23,25 @@ pub(super) struct Pinch {
 impl Pinch {
     /// The fingers' input for a magnification by 1 + `delta` around the place where the pointer was at its start.
     pub fn magnified(&mut self, delta: f64, phase: Phase) -> [Input; 2] {
-        let phase = match phase {
-            Phase::Started => {
-                (self.apart, self.middle) = (APART_PX, self.pointer);
-                TouchPhase::Down
-            }
-            Phase::Moved => TouchPhase::Move,
-            Phase::Ended => TouchPhase::Up,
-            Phase::Cancelled => TouchPhase::Cancel,
-        };
+        if phase == Phase::Started {
+            (self.apart, self.middle) = (APART_PX, self.pointer);
+        }
         // Fingers do not pass each other, whatever a pad reports.
         self.apart *= (1.0 + delta).max(0.1);
         let PhysicalPosition { x, y } = self.middle;
         let half = 0.5 * self.apart;
         [(FINGERS[0], x - half), (FINGERS[1], x + half)]
-            .map(|(finger, x)| Input::Touch(finger, phase, x, y))
+            .map(|(finger, x)| Input::Touch(finger, named(phase), x, y))
+    }
+}
+
+/// The phase of a touch, as inputs name it.
+pub(super) const fn named(phase: Phase) -> TouchPhase {
+    match phase {
+        Phase::Started => TouchPhase::Down,
+        Phase::Moved => TouchPhase::Move,
+        Phase::Ended => TouchPhase::Up,
+        Phase::Cancelled => TouchPhase::Cancel,
     }
 }
 

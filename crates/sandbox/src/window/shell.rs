@@ -15,7 +15,7 @@ use winit::keyboard::{Key as Logical, ModifiersState, PhysicalKey};
 use winit::window::WindowId;
 
 use super::drafts::Drafts;
-use super::pinch::Pinch;
+use super::pinch::{self, Pinch};
 use super::pointer::Pointer;
 use super::program::WindowProgram;
 use super::recorder::Recorder;
@@ -32,7 +32,7 @@ use cockpit::actions::{Act, Binding, binding};
 use cockpit::app::frame_loop::{FrameLoop, Record, SHORTEST_FRAME_S};
 use cockpit::app::session::Session;
 use cockpit::input::keyboard::{Keyboard, Modifiers};
-use cockpit::input::{Button, Input, Key, TouchPhase};
+use cockpit::input::{Button, Input, Key};
 use cockpit::stage::Order;
 use cockpit::stage::notices::Topic;
 use cockpit::view::on_device::slow_words;
@@ -154,12 +154,7 @@ impl ApplicationHandler<Event> for Shell {
                 self.frames.events.extend(self.pinch.magnified(delta, phase));
             }
             WindowEvent::Touch(Touch { phase, location, id, .. }) => {
-                let phase = match phase {
-                    winit::event::TouchPhase::Started => TouchPhase::Down,
-                    winit::event::TouchPhase::Moved => TouchPhase::Move,
-                    winit::event::TouchPhase::Ended => TouchPhase::Up,
-                    winit::event::TouchPhase::Cancelled => TouchPhase::Cancel,
-                };
+                let phase = pinch::named(phase);
                 self.frames.events.push(Input::Touch(id, phase, location.x, location.y));
             }
             WindowEvent::DroppedFile(path) => match &self.recorder {

@@ -24,11 +24,10 @@ pub(super) fn show(
     let Some(words) = words(stage, view, seen) else { return };
     bar(root, "away", free, |ui| {
         ui.label(words);
-        if ui.button("Reset").on_hover_text(Act::ResetWorld.binding().tooltip()).clicked() {
-            intents.push(Intent::Act(Act::ResetWorld));
-        }
-        if ui.button("First view").on_hover_text(Act::ResetCamera.binding().tooltip()).clicked() {
-            intents.push(Intent::Act(Act::ResetCamera));
+        for (words, act) in [("Reset", Act::ResetWorld), ("First view", Act::ResetCamera)] {
+            if ui.button(words).on_hover_text(act.binding().tooltip()).clicked() {
+                intents.push(Intent::Act(act));
+            }
         }
         let follow = ui.button("Follow");
         frame_if_lesson_names(ui, "Follow", &follow);

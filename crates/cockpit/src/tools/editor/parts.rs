@@ -1,6 +1,7 @@
 //! The objects that can be added to a scene, as text, with values that keep them stable and visible.
 
 use glam::DVec3;
+use motion::Gravity;
 use report::numbers::rounded;
 use scene::Value;
 
@@ -19,8 +20,8 @@ const PHASE: f64 = 0.5;
 /// How far standard gravity stretches an added spring, as a fraction of its length.
 const SAG: f64 = 0.1;
 
-/// Standard gravity, m/s².
-const STANDARD_GRAVITY: f64 = 9.8;
+/// Free fall near the ground, m/s².
+const GRAVITY: f64 = -Gravity::EARTH.acceleration.y;
 
 /// Place and size of an added object.
 pub(super) struct Place {
@@ -92,7 +93,7 @@ pub(super) const PARTS: [Part; 8] = [
 /// The text of an emitter, which ends with the values `more`.
 pub(super) fn emitter(name: &str, place: &Place, color: &str, more: &str) -> String {
     // So fast that particles rise ten sizes against gravity.
-    let speed = rounded((2.0 * STANDARD_GRAVITY * 10.0 * place.size).sqrt(), 2);
+    let speed = rounded((2.0 * GRAVITY * 10.0 * place.size).sqrt(), 2);
     let radius = rounded(0.08 * place.size, 2);
     format!(
         "(name: {name:?}, rate_per_s: 60.0, position_m: {}, direction: (0.0, 1.0, 0.0), spread_deg: 15.0, speed_m_s: {speed:?}, life_s: 3.0, radius_m: {radius:?}, mass_kg: 0.01, color: {color}{more})",
@@ -108,7 +109,7 @@ pub(super) const fn color(entries: usize) -> &'static str {
 /// The text of a spring between two bodies with those names and that reduced mass, kg, at rest at their distance, m: standard
 /// gravity stretches it by [`SAG`] of that.
 pub(super) fn spring(between: [&str; 2], reduced_mass: f64, length: f64, substep: f64) -> String {
-    let sags = reduced_mass * STANDARD_GRAVITY / (SAG * length);
+    let sags = reduced_mass * GRAVITY / (SAG * length);
     let elastic = elastic(sags.min(stiffest(reduced_mass, substep)), reduced_mass);
     let ([one, other], length) = (between, rounded(length, 3));
     format!(
