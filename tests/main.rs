@@ -34,6 +34,7 @@ mod ledger;
 mod lessons;
 mod looks;
 mod methods;
+mod moves;
 mod newton;
 mod outputs;
 mod panels;

@@ -160,6 +160,7 @@ pub fn attraction_tick(scene: &Scene) -> Option<AttractionTick> {
         names: Names::default(),
         labels: Vec::new(),
         own_laws: BTreeMap::new(),
+        motions: BTreeMap::new(),
         emitters: Vec::new(),
         springs: Vec::new(),
         soft_bodies: Vec::new(),

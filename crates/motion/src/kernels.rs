@@ -150,9 +150,14 @@ impl<'a> TickParameters<'a> {
         self.laws.iter().copied().chain(own.map(|law| &**law))
     }
 
-    /// The segments of the tick for bodies with these own laws.
-    pub fn segments<'l>(&'l self, own: impl Iterator<Item = &'l Box<dyn Law>>) -> Segments {
-        self.times.segments(&mut self.called(own).flat_map(|law| law.discontinuities()))
+    /// The segments of the tick for bodies with these own laws, split at `more` times, s, too.
+    pub fn segments<'l>(
+        &'l self,
+        own: impl Iterator<Item = &'l Box<dyn Law>>,
+        more: impl Iterator<Item = &'l Scalar>,
+    ) -> Segments {
+        let of_laws = self.called(own).flat_map(|law| law.discontinuities());
+        self.times.segments(&mut of_laws.chain(more))
     }
 
     /// Whether a called law depends on the velocity, for bodies with these own laws.

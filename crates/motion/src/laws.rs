@@ -5,6 +5,7 @@
 //! no method.
 
 mod body_drag;
+mod curve;
 pub(crate) mod damping;
 mod drag;
 pub(crate) mod epoch;
@@ -13,6 +14,7 @@ mod gravity;
 mod lift;
 mod mutual_gravity;
 pub(crate) mod own;
+mod prescribed_motion;
 pub(crate) mod riding_well;
 mod shared;
 mod thrust;
@@ -28,18 +30,20 @@ use glam::DMat3;
 use crate::units::Vector;
 
 pub use body_drag::BodyDrag;
+pub use curve::Curve;
 pub use drag::Drag;
 pub use gravity::Gravity;
 #[cfg(test)]
 pub use lift::Lift;
 pub use mutual_gravity::{MutualGravity, SourceMass};
+pub use prescribed_motion::PrescribedMotion;
 pub use riding_well::RidingWell;
 pub(crate) use riding_well::RidingWells;
 #[cfg(feature = "serde")]
 pub(crate) use shared::law_name;
 pub(crate) use shared::{Changes, LawName, SharedLaws, SharedLawsParam, WorldLaw};
 pub use shared::{LAWS, WorldLaws, device_forms};
-pub use thrust::{Curve, Thrust};
+pub use thrust::Thrust;
 pub use wells::{Well, Wells};
 pub use wind::{Air, Wind};
 

@@ -81,7 +81,8 @@ pub use laws::damping::{Damping, DampingModel, DampingRate};
 pub use laws::own::OwnLaws;
 pub use laws::{
     Affine, Air, BodyDrag, BodyState, Curve, Drag, EvaluationTime, Gravity, Jacobians, LAWS, Law,
-    Laws, MutualGravity, RidingWell, SourceMass, Thrust, Well, Wells, Wind, WorldLaws, laws,
+    Laws, MutualGravity, PrescribedMotion, RidingWell, SourceMass, Thrust, Well, Wells, Wind,
+    WorldLaws, laws,
 };
 pub use methods::markers::{OwnMethod, mark_method, own_method};
 pub use methods::table::{Claims, METHODS, Method};

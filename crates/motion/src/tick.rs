@@ -4,5 +4,6 @@ pub(crate) mod body_filter;
 pub(crate) mod columns;
 pub(crate) mod diagnosis;
 pub(crate) mod environment;
+pub(crate) mod follow_motion;
 pub(crate) mod integrate;
 pub(crate) mod quarantine;

@@ -160,7 +160,8 @@ fn check_size(
     let attracts = raw.mutual_gravity.is_some();
     let grouped = if attracts { written } else { 0 };
     let drags = raw.bodies.iter().filter(|body| body.drag_key().is_some()).count() as u64;
-    let curves = raw.thrusts.iter().filter_map(|thrust| thrust.curve.as_ref());
+    let curves = raw.thrusts.iter().chain(raw.moves.iter());
+    let curves = curves.filter_map(|drive| drive.curve.as_ref());
     let sections = [
         ("bodies", Census { bodies: written, moved: grouped, grouped, drags, ..Census::default() }),
         ("springs", Census { springs: raw.springs.len() as u64, ..Census::default() }),
@@ -168,7 +169,7 @@ fn check_size(
         (
             "thrusts",
             Census {
-                thrusts: raw.thrusts.len() as u64,
+                thrusts: (raw.thrusts.len() + raw.moves.len()) as u64,
                 points: curves.map(|curve| curve.points() as u64).sum(),
                 ..Census::default()
             },

@@ -284,7 +284,7 @@ impl Scene {
             springs: self.springs.len() as u64,
             wells: own_wells + self.laws.wells.as_ref().map_or(0, |wells| wells.0.len() as u64),
             drags,
-            thrusts: thrusts.clone().count() as u64,
+            thrusts: (thrusts.clone().count() + self.motions.len()) as u64,
             points: thrusts.map(|thrust| thrust.curve().points() as u64).sum(),
         }
     }

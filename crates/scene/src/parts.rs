@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
 
-use motion::AxisLocks;
 use motion::effects::Effect;
 use motion::internals::Sets;
+use motion::{AxisLocks, PrescribedMotion};
 
 use crate::entries::Entry;
 use crate::scene::coupled::{EmitterSpec, SoftBodySpec, SpringSpec};
@@ -74,6 +74,7 @@ impl Scene {
             source: self.source.clone(),
             laws: self.laws.clone(),
             own_laws: BTreeMap::new(),
+            motions: BTreeMap::new(),
             bodies: Vec::new(),
             names: Names::default(),
             labels: Vec::new(),
@@ -102,6 +103,8 @@ impl Scene {
             .iter()
             .filter_map(|(id, laws)| Some((new(*id)?, laws.renumbered(new))))
             .collect();
+        let motion = |(id, motion): (&u32, &PrescribedMotion)| Some((new(*id)?, motion.clone()));
+        scene.motions = self.motions.iter().filter_map(motion).collect();
         let spring = |spring: &SpringSpec| {
             let [from, to] = spring.ends.map(new);
             Some(SpringSpec { ends: [from?, to?], ..*spring })

@@ -59,7 +59,8 @@ scene! {
     wells: List<Well>,
     mutual_gravity: Option<MutualGravity>,
     range: Option<Range>,
-    thrusts: List<Thrust>,
+    thrusts: List<Drive>,
+    moves: List<Drive>,
     push: Option<Push>,
     camera: Option<Camera>,
     light: Option<Light>,
@@ -159,8 +160,9 @@ pub(crate) struct Range {
     pub speed_m_s: Option<f64>,
 }
 
+/// A body and the curve of its thrust or of its motion.
 #[derive(Deserialize)]
-pub(crate) struct Thrust {
+pub(crate) struct Drive {
     pub body: Option<String>,
     pub curve: Option<Curve>,
     pub from_s: Option<f64>,
@@ -312,15 +314,16 @@ pub(crate) struct Sizes {
     pub radius_m: Option<f64>,
 }
 
-/// A force over time. The parser cannot continue after an unknown word, so that fault is reported alone.
+/// A force or a displacement over time. The parser cannot continue after an unknown word, so that fault is reported alone.
 #[derive(Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Curve {
     /// `polynomial([(x, y, z), ...])`.
     Polynomial(List<Triple>),
-    /// `sine(amplitude_n: (x, y, z), ...)`.
+    /// `sine(amplitude_n: (x, y, z), ...)`, or `amplitude_m`.
     Sine {
         amplitude_n: Option<Triple>,
+        amplitude_m: Option<Triple>,
         angular_frequency_rad_s: Option<f64>,
         phase_rad: Option<f64>,
     },
@@ -339,12 +342,14 @@ impl Curve {
     }
 }
 
-/// The keys of a sine.
-const SINE: [(&str, Kind); 3] = [
-    ("amplitude_n", Kind::Numbers(3)),
-    ("angular_frequency_rad_s", Kind::Number),
-    ("phase_rad", Kind::Number),
-];
+/// The keys of a sine, of which `amplitude` is one.
+fn kinds_of_sine(amplitude: &'static str) -> Vec<(&'static str, Kind)> {
+    vec![
+        (amplitude, Kind::Numbers(3)),
+        ("angular_frequency_rad_s", Kind::Number),
+        ("phase_rad", Kind::Number),
+    ]
+}
 
 /// The keys that are known at the path of a group, and what they take; none if the path leads to no group. Those of a soft
 /// body are those of its `kind`.
@@ -352,7 +357,8 @@ pub(crate) fn kinds_at(path: &str, kind: &str) -> Vec<(&'static str, Kind)> {
     let item = path.split_once('[').and_then(|(list, rest)| Some((list, rest.split_once(']')?.1)));
     match item.unwrap_or((path, "")) {
         ("", "") => kinds_of::<Scene>(),
-        ("thrusts", ".curve") => SINE.to_vec(),
+        ("thrusts", ".curve") => kinds_of_sine("amplitude_n"),
+        ("moves", ".curve") => kinds_of_sine("amplitude_m"),
         ("expect.survival" | "expect.survival.rows", "") => kinds_of::<Survival>(),
         ("expect.survival.script", "") => kinds_of::<Step>(),
         ("bodies", ".shape") => kinds_of::<Sizes>(),

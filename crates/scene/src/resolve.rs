@@ -3,6 +3,7 @@
 mod carriers;
 pub(crate) mod declared;
 mod laws;
+mod moves;
 pub(crate) mod springs;
 pub(crate) mod survival;
 
@@ -226,6 +227,7 @@ fn resolve(
     own_laws.thrusts(&raw.thrusts, faults);
     on_device::check(raw, step_hz, &laws, &bodies, faults);
     let own_laws = own_laws.by_id;
+    let motions = moves::moves(&raw.moves, &bodies, faults);
     let springs = springs::springs(&raw.springs, &bodies, faults);
     springs::check_groups(&bodies, &springs, mutual_gravity.is_some(), faults);
     if mutual_gravity.is_some() && !off_at_start.contains(&Effect::MutualGravity) {
@@ -251,6 +253,7 @@ fn resolve(
         mutual_gravity,
         range,
         own_laws,
+        motions,
         push,
         camera,
         light,

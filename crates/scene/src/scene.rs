@@ -12,7 +12,7 @@ use glam::{DQuat, DVec3};
 use motion::effects::Effect;
 use motion::{
     AxisLocks, BodyDrag, Damping, DampingModel, Elastic, Gravity, Law, Method, MutualGravity,
-    Range, Thrust, Well, Wells, WorldLaws,
+    PrescribedMotion, Range, Thrust, Well, Wells, WorldLaws,
 };
 use pick::Shape;
 
@@ -60,6 +60,8 @@ pub struct Scene {
     pub range: Option<Range>,
     /// Own laws of bodies, by stable id.
     pub own_laws: BTreeMap<u32, OwnLawsSpec>,
+    /// Motions that immovable bodies follow, by stable id.
+    pub motions: BTreeMap<u32, PrescribedMotion>,
     /// Pushes by pointer, if the scene declares them.
     pub push: Option<PushSpec>,
     /// The camera at the start and after a reset.

@@ -50,7 +50,7 @@ pub const fn shipped() -> &'static [ShippedScene] {
         "ship", "ship_between", "verlet_start", "orbit", "orbits_race", "terminal_speed",
         "oscillator", "third_law", "figure_eight", "rope", "bridge", "flag", "cape", "jelly",
         "meadow", "fountain", "sparks", "wall", "everything", "feather", "solar",
-        "bungee", "dust_trail", "storm", "shower", "first_law", "galaxies",
+        "bungee", "dust_trail", "storm", "shower", "first_law", "galaxies", "resonance", "shaken_cloth",
     ]
 }
 

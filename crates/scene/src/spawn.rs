@@ -4,9 +4,9 @@ use bevy_ecs::prelude::*;
 use glam::DVec3;
 use motion::snapshot::LastStep;
 use motion::{
-    AxisLocks, DampingRate, Dormant, Emitter, GravityOff, Method, Orientation, OwnLaws,
-    OwnSubsteps, PhysicsBody, RidesOn, RidingWell, SoftBody, SourceMass, SpeedLimit, Spring,
-    StableId, Substeps, Transform, mark_method,
+    AxisLocks, DampingRate, Dormant, Emitter, EvaluationTime, GravityOff, Method, Orientation,
+    OwnLaws, OwnSubsteps, PhysicsBody, RidesOn, RidingWell, SoftBody, SourceMass, SpeedLimit,
+    Spring, StableId, Substeps, Transform, mark_method,
 };
 
 use crate::scene::{BodySpec, RidingWellSpec, Scene};
@@ -59,6 +59,11 @@ impl Scene {
             .map(|(id, body)| self.spawn_body(world, id, body))
             .collect();
         self.spawn_own_laws(world, &entities);
+        for (id, motion) in &self.motions {
+            let [_, velocity] = motion.at(EvaluationTime::at(0.0));
+            let body = PhysicsBody::IMMOVABLE.moving_at(velocity);
+            world.entity_mut(entities[*id as usize]).insert((body, motion.clone()));
+        }
         self.spawn_coupled(world, &entities);
         for effect in &self.off_at_start {
             // An effect that was never declared is off anyway.

@@ -51,6 +51,17 @@ const OUTWARD: [DVec3; 5] = [DVec3::Y, DVec3::X, DVec3::NEG_X, DVec3::Z, DVec3::
 /// Distance at which an object is added if the middle of the view shows nothing, m.
 const AWAY: f64 = 12.0;
 
+/// Button, what it adds, list and first curve, for a body that forces move.
+const THRUST: [&str; 4] =
+    ["Add thrust", "a force over time", "thrusts", "polynomial([(10.0, 0.0, 0.0)])"];
+/// The same for an immovable body.
+const MOVE: [&str; 4] = [
+    "Add motion",
+    "the way of what forces do not move",
+    "moves",
+    "sine(amplitude_m: (0.5, 0.0, 0.0), angular_frequency_rad_s: 3.0)",
+];
+
 /// The editor of a scene.
 #[derive(Default)]
 pub(crate) struct Editor {
@@ -281,9 +292,11 @@ impl Editor {
             }
             let body = scene.names.get(entry.bodies.start).unwrap_or_default().into_owned();
             let mut added = None;
-            if ui.button("Add thrust").on_hover_text("a force over time").clicked() {
-                let thrust = format!("(body: {body:?}, curve: polynomial([(10.0, 0.0, 0.0)]))");
-                added = Some(SceneEdit::add("thrusts", thrust));
+            let is_immovable = scene.bodies[entry.bodies.start as usize].inverse_mass == Some(0.0);
+            let [button, tip, list, curve] = if is_immovable { MOVE } else { THRUST };
+            if ui.button(button).on_hover_text(tip).clicked() {
+                let drive = format!("(body: {body:?}, curve: {curve})");
+                added = Some(SceneEdit::add(list, drive));
             }
             let emitter = ui.button("Add emitter");
             if emitter.on_hover_text("particles that come from it as it moves").clicked() {

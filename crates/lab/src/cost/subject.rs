@@ -136,6 +136,8 @@ impl Subject {
             scene
                 .own_laws
                 .extend(laws.map(|(id, laws)| (moved(*id), laws.renumbered(|id| Some(moved(id))))));
+            let motions = self.scene.motions.iter();
+            scene.motions.extend(motions.map(|(id, motion)| (moved(*id), motion.clone())));
             let springs = self.scene.springs.iter().cloned();
             scene.springs.extend(springs.map(|mut spring| {
                 spring.ends = spring.ends.map(|end| end + copy * count);

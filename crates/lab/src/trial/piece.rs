@@ -124,6 +124,7 @@ fn conserves(part: &Scene) -> bool {
     part.damping.is_none()
         && part.laws.drag.is_none()
         && part.emitters.is_empty()
+        && part.motions.is_empty()
         && part.all_springs().all(|(_, elastic)| elastic.damping == 0.0)
         && part.bodies.iter().all(|body| body.max_speed.is_none())
         && !part.own_laws.values().any(has_own)

@@ -6,7 +6,7 @@ use bevy_ecs::prelude::*;
 use super::coupling::{Coupling, SheetRow};
 use super::pull::{SpringRow, Springs};
 use super::{Group, Groups};
-use crate::laws::{MutualGravity, SourceMass};
+use crate::laws::{MutualGravity, PrescribedMotion, SourceMass};
 use crate::methods::markers::{mark_method, own_method};
 use crate::state::archetypes::may_exist;
 use crate::state::components::{Force, PhysicsBody, Quarantined, StableId, Transform};
@@ -100,6 +100,8 @@ struct Graph {
     springs: Springs,
     /// Triangles in air. Their masses are computed once the groups are known.
     sheets: Vec<SheetRow>,
+    /// The prescribed motions of immovable nodes, by node.
+    motions: Vec<(usize, PrescribedMotion)>,
 }
 
 /// Compiles the groups.
@@ -150,6 +152,7 @@ fn register(world: &mut World) {
     world.register_component::<Force>();
     world.register_component::<StableId>();
     world.register_component::<SourceMass>();
+    world.register_component::<PrescribedMotion>();
     world.register_component::<Quarantined>();
     world.register_component::<Particle>();
     world.register_component::<Dormant>();
@@ -183,7 +186,13 @@ impl Graph {
         let nodes: Vec<_> = nodes.into_iter().map(|(_, node)| node).collect();
         let number: EntityHashMap<u32> =
             (0..).zip(&nodes).map(|(i, node)| (node.entity, i)).collect();
-        let mut graph = Self { nodes, ..Self::default() };
+        let mut motions = world.try_query::<(Entity, &PrescribedMotion)>()?;
+        let motions = motions.iter(world).filter_map(|(body, motion)| {
+            let node = *number.get(&body)? as usize;
+            (nodes[node].inverse_mass <= 0.0).then(|| (node, motion.clone()))
+        });
+        let motions = motions.collect();
+        let mut graph = Self { nodes, motions, ..Self::default() };
         if world.contains_resource::<SpringsOff>() {
             return Some(graph);
         }
@@ -266,7 +275,7 @@ impl Graph {
 
     /// The connected components, each with its bodies.
     fn groups(self, attracts: bool) -> Vec<Coupled> {
-        let Self { nodes, mut springs, sheets } = self;
+        let Self { nodes, mut springs, sheets, motions } = self;
         // NaN counts as attracting, so that the failure is found.
         let pulls = |source: Scalar| source > 0.0 || source.is_nan();
         let joined =
@@ -301,6 +310,11 @@ impl Graph {
             attracts,
             masses: movable.iter().map(|node| 1.0 / nodes[*node].inverse_mass).collect(),
             sources: held.iter().map(|node| nodes[*node].source).collect(),
+            motions: motions
+                .into_iter()
+                .filter(|(node, _)| rows[*node] != u32::MAX)
+                .map(|(node, motion)| (rows[node] as usize, motion))
+                .collect(),
             ..Coupling::default()
         };
         let bodies = |rows: &[usize]| rows.iter().map(|row| nodes[order[*row]].entity).collect();

@@ -3,7 +3,7 @@
 use super::pull::{SpringRow, Springs};
 use super::rows::Row;
 use crate::kernels::record::vector;
-use crate::laws::{Air, Drag, MutualGravity};
+use crate::laws::{Air, Drag, MutualGravity, PrescribedMotion};
 use crate::state::components::AxisLocks;
 use crate::units::Vector;
 
@@ -33,6 +33,8 @@ pub(crate) struct Coupling {
     pub attracts: bool,
     /// Masses of the anchors as sources of gravity, kg; 0 for none.
     pub sources: Vec<f64>,
+    /// The anchors that follow a prescribed motion, by row.
+    pub motions: Vec<(usize, PrescribedMotion)>,
 }
 
 /// Whether a row with these locks moves along an axis.

@@ -242,6 +242,7 @@ impl<'a, E: Layout> GroupField<'a, E> {
 
     fn tick<M: Integrator>(mut self, watch: Watch) -> Result<(), Vec<(usize, usize)>> {
         self.watch = watch;
+        self.follow_motions_to(self.segment.evaluation_time(0.0));
         self.sort_into_classes();
         self.weigh_sources();
         self.begin_cords();
@@ -256,7 +257,8 @@ impl<'a, E: Layout> GroupField<'a, E> {
         let caches = M::STATE == MethodStateKind::LastAcceleration && !self.depends_on_velocity();
         let mut cache = self.rows.cache.take().filter(|_| caches);
         let ((x, v), parameters) = (start(), &self.environment.parameters);
-        let segments = parameters.segments(self.own_laws());
+        let motions = self.coupling.motions.iter().flat_map(|(_, motion)| motion.discontinuities());
+        let segments = parameters.segments(self.own_laws(), motions);
         if let (Some(cache), Some(first)) = (&mut cache, segments.iter().next()) {
             self.segment = first;
             step_state.start = self.recall(cache);

@@ -200,13 +200,22 @@ impl Shape {
         places: &Places,
         options: impl Fn(u32) -> BodyOptions<'o>,
     ) -> Option<Self> {
-        let Coupling { rows, movable, ref springs, ref sheets, attracts, ref sources, .. } =
-            group.coupling;
+        let Coupling {
+            rows,
+            movable,
+            ref springs,
+            ref sheets,
+            attracts,
+            ref sources,
+            ref motions,
+            ..
+        } = group.coupling;
         let is_small = rows <= MOST_ROWS
             && sheets.is_empty()
             && !attracts
             && group.with_laws.is_empty()
-            && springs.cords().is_empty();
+            && springs.cords().is_empty()
+            && motions.is_empty();
         if !is_small || !sources.iter().all(|source| source.is_finite()) {
             return None;
         }

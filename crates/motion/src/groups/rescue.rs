@@ -162,7 +162,7 @@ impl Rescue<'_, '_, '_, '_> {
                 let push = |(row, force): &(usize, Row)| Push { lane: 0, row: *row, force: *force };
                 scratch.pushes.extend(pushes.iter().map(push));
                 state = states();
-                let anchors_rest = are_at_rest(&state.v[movable..]);
+                let anchors_rest = are_at_rest(&state.v[movable..]) && coupling.motions.is_empty();
                 let rows = GroupRows {
                     x: &mut state.x,
                     v: &mut state.v,

@@ -188,6 +188,8 @@ impl Part {
     /// Adds an anchor; the movable rows must have been added before.
     fn hold(&mut self, whole: &Coupling, row: usize) {
         self.coupling.sources.push(whole.sources[row - whole.movable]);
+        let motion = whole.motions.iter().find(|(of, _)| *of == row);
+        self.coupling.motions.extend(motion.map(|(_, motion)| (self.rows.len(), motion.clone())));
         self.held.insert(row, self.rows.len());
         self.rows.push(row);
     }

@@ -341,7 +341,8 @@ impl Groups {
         let rows = group.first..group.first + group.coupling.rows;
         let options = ByRow { bodies: &group.bodies, options };
         let movable = group.first..group.first + group.coupling.movable;
-        let anchors_rest = are_at_rest(&self.v[movable.end..rows.end]);
+        let anchors_rest =
+            are_at_rest(&self.v[movable.end..rows.end]) && group.coupling.motions.is_empty();
         let rows = GroupRows {
             x: &mut self.x[rows.clone()],
             v: &mut self.v[rows.clone()],

@@ -30,7 +30,7 @@ pub(super) fn run<M: Integrator>(
     statistics: &mut StepStatistics,
     refuse: Refuse<'_>,
 ) {
-    let segments = parameters.segments(options.laws.iter());
+    let segments = parameters.segments(options.laws.iter(), std::iter::empty());
     if M::SOLVES || rows.len() <= FEW {
         let field =
             &mut BlockField::<Block<1>, 1>::new::<M>(parameters, options, own, statistics, ());

@@ -1,14 +1,14 @@
 //! Wells that ride on bodies.
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, PoisonError, RwLock};
 
 use bevy_ecs::prelude::*;
 use bevy_ecs::world::DeferredWorld;
 use glam::DMat3;
 
 use super::wells::Well;
-use super::{BodyState, EvaluationTime, Jacobians, Law};
+use super::{BodyState, EvaluationTime, Jacobians, Law, PrescribedMotion};
 use crate::state::clock::StepClock;
 use crate::state::components::{PhysicsBody, Quarantined, Transform};
 use crate::state::emitter::Dormant;
@@ -18,7 +18,7 @@ use crate::units::{Scalar, Vector, at_least_0};
 /// well share its motion. Inserting a well among the laws of its own carrier panics.
 ///
 /// Within a tick the carrier counts as moving uniformly, with its velocity at the start of the tick, so that methods of an
-/// order above 2 are of order 2 here. The well does not attract while its carrier is removed, disabled, quarantined or
+/// order above 2 are of order 2 here. A carrier with a [`PrescribedMotion`] is where that has it. The well does not attract while its carrier is removed, disabled, quarantined or
 /// dormant. It has no potential energy: as it moves, it does work.
 #[derive(Clone, Debug)]
 pub struct RidingWell {
@@ -68,6 +68,9 @@ struct Course {
     bits: [AtomicU64; 7],
     /// How often it was set.
     version: AtomicU64,
+    /// The motion of a carrier that follows one.
+    motion: RwLock<Option<PrescribedMotion>>,
+    follows_motion: AtomicBool,
 }
 
 impl Course {
@@ -80,10 +83,21 @@ impl Course {
         self.version.fetch_add(1, Ordering::Relaxed);
     }
 
-    fn at(&self, time: Scalar) -> Vector {
+    fn follow(&self, motion: Option<&PrescribedMotion>) {
+        if motion.is_some() || self.follows_motion.load(Ordering::Relaxed) {
+            self.follows_motion.store(motion.is_some(), Ordering::Relaxed);
+            *self.motion.write().unwrap_or_else(PoisonError::into_inner) = motion.cloned();
+        }
+    }
+
+    fn at(&self, at: EvaluationTime) -> Vector {
+        if self.follows_motion.load(Ordering::Relaxed) {
+            let motion = self.motion.read().unwrap_or_else(PoisonError::into_inner);
+            return motion.as_ref().map_or(Vector::NAN, |motion| motion.at(at)[0]);
+        }
         let [x, y, z, u, v, w, since] = [0, 1, 2, 3, 4, 5, 6]
             .map(|i: usize| Scalar::from_bits(self.bits[i].load(Ordering::Relaxed)));
-        Vector::new(x, y, z) + Vector::new(u, v, w) * (time - since)
+        Vector::new(x, y, z) + Vector::new(u, v, w) * (at.time - since)
     }
 }
 
@@ -99,7 +113,12 @@ impl RidingWell {
     pub fn new(carrier: Entity, strength: Scalar, softening: Scalar) -> Self {
         at_least_0(softening, "the softening of a well", "m");
         let bits = AWAY.map(|number| AtomicU64::new(number.to_bits()));
-        let course = Arc::new(Course { bits, version: AtomicU64::new(0) });
+        let course = Arc::new(Course {
+            bits,
+            version: AtomicU64::new(0),
+            motion: RwLock::default(),
+            follows_motion: AtomicBool::new(false),
+        });
         Self { carrier, strength, softening, course }
     }
 
@@ -109,9 +128,9 @@ impl RidingWell {
         self.carrier
     }
 
-    /// The well at a time, s; `None` while it does not attract.
-    fn at(&self, time: Scalar) -> Option<Well> {
-        let position = self.course.at(time);
+    /// The well at a time; `None` while it does not attract.
+    fn at(&self, at: EvaluationTime) -> Option<Well> {
+        let position = self.course.at(at);
         let well = Well { position, strength: self.strength, softening: self.softening };
         position.is_finite().then_some(well)
     }
@@ -127,12 +146,11 @@ impl Law for RidingWell {
     }
 
     fn acceleration(&self, at: EvaluationTime, body: BodyState) -> Vector {
-        self.at(at.time).map_or(Vector::ZERO, |well| well.acceleration(body))
+        self.at(at).map_or(Vector::ZERO, |well| well.acceleration(body))
     }
 
     fn jacobians(&self, at: EvaluationTime, body: BodyState) -> Jacobians {
-        let position =
-            self.at(at.time).map_or(DMat3::ZERO, |well| well.add_jacobian(DMat3::ZERO, body));
+        let position = self.at(at).map_or(DMat3::ZERO, |well| well.add_jacobian(DMat3::ZERO, body));
         Jacobians { position, ..Jacobians::zero() }
     }
 
@@ -172,10 +190,13 @@ type Carrier = (Without<Quarantined>, Without<Dormant>);
 pub fn carry_wells(
     wells: Res<RidingWells>,
     clock: Res<StepClock>,
-    bodies: Query<(&Transform, &PhysicsBody), Carrier>,
+    bodies: Query<(&Transform, &PhysicsBody, Option<&PrescribedMotion>), Carrier>,
 ) {
     for RidingWell { carrier, course, .. } in &wells.0 {
-        course.set(bodies.get(*carrier).map_or(AWAY, |(transform, body)| {
+        let carrier = bodies.get(*carrier);
+        let motion = carrier.ok().filter(|(_, body, _)| body.inverse_mass <= 0.0);
+        course.follow(motion.and_then(|(.., motion)| motion));
+        course.set(carrier.map_or(AWAY, |(transform, body, _)| {
             let ([x, y, z], [u, v, w]) = (transform.position.to_array(), body.velocity.to_array());
             [x, y, z, u, v, w, clock.scene_seconds()]
         }));

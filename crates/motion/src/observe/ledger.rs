@@ -22,6 +22,7 @@ pub use lines::{Energies, LedgerLines, LedgerTotals};
 
 use crate::groups::{coming_couplings, couplings};
 use crate::kernels::record::TickRecords;
+use crate::laws::PrescribedMotion;
 use crate::methods::table::Method;
 use crate::schedule::emission::emit_particles;
 use crate::schedule::stepper::Stepper;
@@ -178,7 +179,9 @@ impl Ledger {
             let record = records.get(&body.entity).copied().unwrap_or_default();
             paths.push(match body.is_movable() && !body.quarantined {
                 true => ledger_tick.add_body(body, &record, &mut totals),
-                false => Path::new(body.ends, tick),
+                false => Path::new(body.ends, tick).following(
+                    PrescribedMotion::of(world, body.entity).filter(|_| !body.quarantined),
+                ),
             });
         }
         groups.iter().for_each(|group| group.add_tick(&ledger_tick, &bodies, &paths, &mut totals));

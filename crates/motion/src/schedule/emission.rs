@@ -9,6 +9,7 @@ use std::ops::Range;
 use bevy_ecs::entity::EntityHashSet;
 use bevy_ecs::prelude::*;
 
+use crate::laws::{EvaluationTime, PrescribedMotion};
 use crate::state::archetypes::collect;
 use crate::state::clock::{StepClock, TimeStep};
 use crate::state::components::{PhysicsBody, Quarantined, Transform};
@@ -34,16 +35,21 @@ pub(crate) fn carrier_state(world: &World, RidesOn(body): RidesOn) -> Option<(Ve
 }
 
 /// Position and birth of a particle of an emitter that rides on `carrier`, from those relative to the carrier, in the tick
-/// that begins at `start`, s. Without a carrier nothing is born.
-pub(crate) fn ride(
-    carrier: Option<(Vector, Vector)>,
+/// that begins at `start`, s. While the carrier cannot carry, nothing is born.
+fn ride(
+    world: &World,
+    carrier: RidesOn,
     position: Vector,
     birth: Option<(Scalar, Vector)>,
     start: Scalar,
 ) -> (Vector, Option<(Scalar, Vector)>) {
-    let Some((at, velocity)) = carrier else { return (position, None) };
-    let after = birth.map_or(0.0, |(time, _)| time - start);
-    (position + (at + velocity * after), birth.map(|(time, launch)| (time, launch + velocity)))
+    let Some((at, velocity)) = carrier_state(world, carrier) else { return (position, None) };
+    let Some((time, launch)) = birth else { return (position + at, None) };
+    let [at, velocity] = match PrescribedMotion::of(world, carrier.0) {
+        Some(motion) => motion.at(EvaluationTime::at(time)),
+        None => [at + velocity * (time - start), velocity],
+    };
+    (position + at, Some((time, launch + velocity)))
 }
 
 /// The birth or death of the body in a slot.
@@ -65,7 +71,7 @@ impl ParticleChange {
         let is_disabled = world.get_entity(body).is_ok_and(|body| is_disabled(world, body));
         let mut birth = birth.filter(|_| !is_disabled);
         if let Some(carrier) = carrier {
-            (position, birth) = ride(carrier_state(world, carrier), position, birth, start);
+            (position, birth) = ride(world, carrier, position, birth, start);
         }
         let Ok(mut body) = world.get_entity_mut(body) else { return };
         if body.contains::<Quarantined>() {

@@ -6,7 +6,7 @@ use bevy_ecs::prelude::*;
 use crate::groups::{GroupKernel, Groups, update_groups};
 use crate::laws::damping::Damping;
 use crate::laws::own::OwnLaws;
-use crate::laws::{MutualGravity, RidingWells, SharedLaws, riding_well};
+use crate::laws::{MutualGravity, PrescribedMotion, RidingWells, SharedLaws, riding_well};
 use crate::methods::markers::{OwnMethod, is_marked};
 use crate::methods::table::Method;
 use crate::methods::{Integrator, with_method};
@@ -86,6 +86,8 @@ pub struct StepPlan {
     pub backend: bool,
     /// Whether wells ride on bodies.
     pub carries_wells: bool,
+    /// Whether bodies follow a prescribed motion.
+    pub follows_motion: bool,
     /// Whether laws are called for every body and none of them depends on velocity: methods that can use an acceleration
     /// twice then cache it.
     pub caches_accelerations: bool,
@@ -159,6 +161,7 @@ impl StepPlan {
             emits,
             backend,
             carries_wells,
+            follows_motion: may_exist::<PrescribedMotion>(world),
             caches_accelerations,
             outside,
         }
@@ -212,6 +215,7 @@ fn has_bodies(world: &World, grouped: bool, such: impl Fn(&Archetype) -> bool) -
             && contains::<PhysicsBody>(world, kind)
             && contains::<Grouped>(world, kind) == grouped
             && !contains::<Static>(world, kind)
+            && !contains::<PrescribedMotion>(world, kind)
             && such(kind)
     })
 }

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use bevy_ecs::prelude::*;
 
-use crate::laws::Gravity;
 use crate::laws::damping::Damping;
+use crate::laws::{Gravity, PrescribedMotion};
 use crate::methods::table::Method;
 use crate::schedule::backend::ParticleBackend;
 use crate::schedule::effects::{Effect, switch};
@@ -33,13 +33,13 @@ use crate::units::{Scalar, Vector};
 pub enum Request<Body = Entity> {
     /// Adds an impulse `J`, N s: `v += J w`, the same at every step size.
     Impulse(Body, Vector),
-    /// Sets the velocity, m/s.
+    /// Sets the velocity, m/s; not that of a body that follows a [`PrescribedMotion`].
     SetVelocity(Body, Vector),
-    /// Sets the position, m.
+    /// Sets the position, m; not that of a body that follows a [`PrescribedMotion`].
     SetPosition(Body, Vector),
     /// Sets the inverse mass, 1/kg, at least 0.
     SetInverseMass(Body, Scalar),
-    /// Reverses every velocity.
+    /// Reverses every velocity that is not [prescribed](PrescribedMotion).
     ReverseVelocities,
     /// Sets the acceleration of gravity, m/s². Declares gravity, switched on, if there is none.
     SetGravity(Vector),
@@ -113,6 +113,9 @@ pub(crate) fn carry_out(world: &mut World) -> bool {
                     body.velocity += impulse * body.inverse_mass;
                 }
             }),
+            // It stays on its curves.
+            Request::SetVelocity(body, _) | Request::SetPosition(body, _)
+                if PrescribedMotion::of(world, body).is_some() => {}
             Request::SetVelocity(body, velocity) => {
                 change(world, body, |_, body| body.velocity = velocity);
                 // Restarts position Verlet: this velocity belongs to now, not to half a step ago.
@@ -137,9 +140,15 @@ pub(crate) fn carry_out(world: &mut World) -> bool {
                 update_static_mark(world, body);
             }
             Request::ReverseVelocities => {
-                let mut bodies =
-                    world.query_filtered::<(&mut PhysicsBody, Option<&mut LastStep>), Without<Quarantined>>();
-                for (mut body, last) in bodies.iter_mut(world) {
+                let mut bodies = world.query_filtered::<(
+                    &mut PhysicsBody,
+                    Option<&mut LastStep>,
+                    Has<PrescribedMotion>,
+                ), Without<Quarantined>>();
+                for (mut body, last, is_prescribed) in bodies.iter_mut(world) {
+                    if is_prescribed && body.inverse_mass <= 0.0 {
+                        continue;
+                    }
                     // Not "-velocity", which would change the sign of 0.
                     body.velocity = Vector::ZERO - body.velocity;
                     if let Some(mut last) = last {

@@ -9,6 +9,7 @@ use bevy_ecs::system::{ParamBuilder, ScheduleSystem, SystemState};
 use crate::groups::integrate_groups;
 use crate::kernels::evaluations::Evaluations;
 use crate::kernels::record::TickRecords;
+use crate::laws::PrescribedMotion;
 use crate::laws::epoch::Epoch;
 use crate::laws::own::OwnLaws;
 use crate::laws::riding_well::carry_wells;
@@ -27,6 +28,7 @@ use crate::state::method_state::{LastAcceleration, LastStep};
 use crate::state::static_bodies::Static;
 use crate::tick::body_filter::BodyFilter;
 use crate::tick::columns::register_observed;
+use crate::tick::follow_motion::follow_motion;
 use crate::tick::integrate::{
     integrate, integrate_acceleration, integrate_in_one_pass, integrate_velocity,
 };
@@ -142,6 +144,8 @@ fn integration(world: &mut World, plan: &StepPlan) -> Vec<ScheduleConfigs<Schedu
         systems.extend(remember(world, plan, Some(*method)));
         systems.push(integrate_method(world, plan, Some(*method)));
     }
+    // Last, because groups have their anchors at the start of the tick.
+    systems.extend(plan.follows_motion.then(|| follow_motion.into_configs()));
     systems
 }
 
@@ -176,7 +180,8 @@ fn remember(
 }
 
 /// Bodies that are integrated.
-pub(crate) type Moving = (Without<Quarantined>, Without<Static>, Without<Dormant>);
+pub(crate) type Moving =
+    (Without<Quarantined>, Without<Static>, Without<Dormant>, Without<PrescribedMotion>);
 
 /// Gives bodies that are new to position Verlet their [`LastStep`], which starts them with the Taylor value.
 fn remember_steps(world: &mut World, which: &BodyFilter) -> ScheduleConfigs<ScheduleSystem> {

@@ -12,6 +12,7 @@ use crate::kernels::{
     self, AppliedForces, Batch, BodyOptions, Kernel, MethodStateRows, RowOptions, StepStatistics,
     TickParameters,
 };
+use crate::laws::PrescribedMotion;
 use crate::methods::euler::{Drift, Kick};
 use crate::methods::markers::OwnMethod;
 use crate::methods::table::Method;
@@ -38,7 +39,14 @@ pub type Bodies<'w, 's, Who> = Query<
     'w,
     's,
     BodyColumns,
-    (Who, Without<Quarantined>, Without<Static>, Without<Dormant>, Without<Grouped>),
+    (
+        Who,
+        Without<Quarantined>,
+        Without<Static>,
+        Without<PrescribedMotion>,
+        Without<Dormant>,
+        Without<Grouped>,
+    ),
 >;
 
 /// The data of a table that a tick reads.

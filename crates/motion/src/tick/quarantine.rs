@@ -66,6 +66,7 @@ impl Fault {
 
 impl Cause {
     pub(crate) const REQUESTS: &'static str = "requests";
+    pub(crate) const FOLLOW_MOTION: &'static str = "follow_motion";
 
     /// Every system, component and resource that a cause may name.
     pub fn names() -> impl Iterator<Item = &'static str> {
@@ -74,6 +75,7 @@ impl Cause {
             "integrate_velocity",
             "integrate",
             "integrate_groups",
+            Self::FOLLOW_MOTION,
             Self::REQUESTS,
             place::POSITION,
             place::VELOCITY,

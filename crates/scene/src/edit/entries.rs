@@ -232,11 +232,11 @@ impl Scene {
         for (i, spring) in raw.springs.iter().enumerate() {
             spring.between.iter().for_each(|between| change("springs", i, "between", between, 2));
         }
-        for (i, thrust) in raw.thrusts.iter().enumerate() {
-            thrust
-                .body
-                .iter()
-                .for_each(|body| change("thrusts", i, "body", std::slice::from_ref(body), 1));
+        for (list, drives) in [("thrusts", &raw.thrusts), ("moves", &raw.moves)] {
+            for (i, drive) in drives.iter().enumerate() {
+                let body = drive.body.as_slice();
+                body.iter().for_each(|_| change(list, i, "body", body, 1));
+            }
         }
         for (i, well) in raw.wells.iter().enumerate() {
             // A well is removed with the body that carries it, whatever it attracts.

@@ -238,18 +238,14 @@ impl<'a> OwnLaws<'a> {
     }
 
     /// Adds the engines of bodies.
-    pub fn thrusts(&mut self, raw: &[raw::Thrust], faults: &mut Faults) {
+    pub fn thrusts(&mut self, raw: &[raw::Drive], faults: &mut Faults) {
         for (i, raw) in raw.iter().enumerate() {
             let scope = Scope::item("thrusts", i);
-            let Some(body) = &raw.body else {
-                faults.missing(scope.path(), "body", "name the body that it drives");
-                thrust(raw, scope, faults);
-                continue;
-            };
-            let thrust = thrust(raw, scope, faults);
+            let thrust = drive(raw, "amplitude_n", scope, faults);
+            let Some(body) = driven(raw, scope, faults) else { continue };
             let own = self.of(body, scope, "body", "engine moves", faults);
-            if let (Some(own), Some(thrust)) = (own, thrust) {
-                own.thrusts.push(thrust);
+            if let (Some(own), Some((curve, from, until))) = (own, thrust) {
+                own.thrusts.push(Thrust::new(curve, from, until));
             }
         }
     }
@@ -291,11 +287,37 @@ fn well(raw: &raw::Well, scope: Scope, faults: &mut Faults) -> Well {
     }
 }
 
-fn thrust(raw: &raw::Thrust, scope: Scope, faults: &mut Faults) -> Option<Thrust> {
+/// The name of the body that a curve drives.
+pub(super) fn driven<'r>(
+    raw: &'r raw::Drive,
+    scope: Scope,
+    faults: &mut Faults,
+) -> Option<&'r String> {
+    if raw.body.is_none() {
+        faults.missing(scope.path(), "body", "name the body that it drives");
+    }
+    raw.body.as_ref()
+}
+
+/// A curve, and the times from and until which it is followed, s. A sine has its amplitude in the key `amplitude`.
+pub(super) fn drive(
+    raw: &raw::Drive,
+    amplitude: &str,
+    scope: Scope,
+    faults: &mut Faults,
+) -> Option<(Curve, f64, f64)> {
     let curve = match &raw.curve {
         Some(raw::Curve::Polynomial(coefficients)) => polynomial(coefficients, scope, faults),
-        Some(raw::Curve::Sine { amplitude_n, angular_frequency_rad_s, phase_rad }) => {
-            Some(sine(*amplitude_n, *angular_frequency_rad_s, *phase_rad, scope, faults))
+        Some(raw::Curve::Sine { amplitude_n, amplitude_m, angular_frequency_rad_s, phase_rad }) => {
+            let given = [("amplitude_n", *amplitude_n), ("amplitude_m", *amplitude_m)];
+            for (key, _) in given.iter().filter(|(key, value)| *key != amplitude && value.is_some())
+            {
+                let key = format!("curve.{key}");
+                faults.refuse(scope, &key, "it has the wrong unit", format!("give {amplitude}"));
+            }
+            let given = given.into_iter().find(|(key, _)| *key == amplitude);
+            let given = (amplitude, given.and_then(|(_, value)| value));
+            Some(sine(given, *angular_frequency_rad_s, *phase_rad, scope, faults))
         }
         Some(raw::Curve::Table(points)) => table(points, scope, faults),
         None => {
@@ -315,7 +337,7 @@ fn thrust(raw: &raw::Thrust, scope: Scope, faults: &mut Faults) -> Option<Thrust
         let what = format!("{} s is not after the start at {} s", shown(until), shown(start));
         faults.refuse(scope, "until_s", what, "give a later time, or leave it out");
     }
-    curve.map(|curve| Thrust::new(curve, from, until))
+    curve.map(|curve| (curve, from, until))
 }
 
 /// The path of entry `i` of the list in the brackets of a curve.
@@ -325,7 +347,7 @@ fn entry(i: usize) -> String {
 
 fn polynomial(coefficients: &[Triple], scope: Scope, faults: &mut Faults) -> Option<Curve> {
     if coefficients.is_empty() {
-        let cure = "give at least the constant force, as in `polynomial([(10.0, 0.0, 0.0)])`";
+        let cure = "give at least the constant one, as in `polynomial([(10.0, 0.0, 0.0)])`";
         faults.refuse(scope, "curve", "a polynomial needs at least one coefficient", cure);
         return None;
     }
@@ -335,23 +357,30 @@ fn polynomial(coefficients: &[Triple], scope: Scope, faults: &mut Faults) -> Opt
 }
 
 fn sine(
-    amplitude: Option<Triple>,
+    (key_of_amplitude, amplitude): (&str, Option<Triple>),
     frequency: Option<f64>,
     phase: Option<f64>,
     scope: Scope,
     faults: &mut Faults,
 ) -> Curve {
     for (key, given) in
-        [("amplitude_n", amplitude.is_some()), ("angular_frequency_rad_s", frequency.is_some())]
+        [(key_of_amplitude, amplitude.is_some()), ("angular_frequency_rad_s", frequency.is_some())]
     {
         if !given {
-            let cure = "give a sine as `sine(amplitude_n: (x, y, z), angular_frequency_rad_s: w)`";
-            faults.missing(scope.key("curve"), key, cure);
+            let cure = format!(
+                "give a sine as `sine({key_of_amplitude}: (x, y, z), angular_frequency_rad_s: w)`"
+            );
+            faults.missing(scope.key("curve"), key, &cure);
         }
     }
     let key = "curve.angular_frequency_rad_s";
     Curve::Sine {
-        amplitude: faults.vector(scope, "curve.amplitude_n", amplitude, DVec3::ZERO),
+        amplitude: faults.vector(
+            scope,
+            &format!("curve.{key_of_amplitude}"),
+            amplitude,
+            DVec3::ZERO,
+        ),
         angular_frequency: faults.number(scope, key, frequency, 0.0, FREQUENCY),
         phase: faults.number(scope, "curve.phase_rad", phase, 0.0, PHASE),
     }
@@ -364,9 +393,9 @@ fn table(points: &[(f64, Triple)], scope: Scope, faults: &mut Faults) -> Option<
         return None;
     }
     let mut latest = f64::NEG_INFINITY;
-    let mut point = |(i, (time, newtons)): (usize, &(f64, Triple))| {
+    let mut point = |(i, (time, value)): (usize, &(f64, Triple))| {
         let key = entry(i);
-        let cure = "give finite times, each later than the one before";
+        let cure = "give finite times, each later than the one before; for a jump give two, such as 1 and 1.001";
         if !time.is_finite() {
             faults.refuse(scope, &key, format!("{} is not a time", shown(*time)), cure);
         } else if *time <= latest {
@@ -375,7 +404,7 @@ fn table(points: &[(f64, Triple)], scope: Scope, faults: &mut Faults) -> Option<
         } else {
             latest = *time;
         }
-        (*time, faults.vector(scope, &format!("{key}[1]"), Some(*newtons), DVec3::ZERO))
+        (*time, faults.vector(scope, &format!("{key}[1]"), Some(*value), DVec3::ZERO))
     };
     Some(Curve::Table(points.iter().enumerate().map(&mut point).collect()))
 }

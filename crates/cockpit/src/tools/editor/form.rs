@@ -12,7 +12,7 @@ use crate::tools::number::{count_field, number_field};
 use crate::words::{label, plain};
 
 /// Lists whose entries have no body to be selected by.
-pub(super) const LISTS: [&str; 4] = ["wells", "thrusts", "emitters", "springs"];
+pub(super) const LISTS: [&str; 5] = ["wells", "thrusts", "moves", "emitters", "springs"];
 
 /// Width of fields for text, points.
 const FIELD: f32 = 200.0;

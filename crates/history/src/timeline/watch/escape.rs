@@ -253,6 +253,7 @@ impl<'a> Pairs<'a> {
         let is_fed = self.falls
             || self.blows
             || !self.scene.emitters.is_empty()
+            || !self.scene.motions.is_empty()
             || self.scene.own_laws.values().any(drives);
         if is_fed || simulation.bodies.len() > SMALL {
             return None;
@@ -271,6 +272,9 @@ impl<'a> Pairs<'a> {
     /// Whether nothing but its holder can free a body that is at most `reach` meters from it, until the next check.
     fn is_calm(&self, About { body, by_holder, all }: &About, reach: f64) -> bool {
         let (body, holder) = (body.id, by_holder.holder);
+        if matches!(holder, Holder::Body(id) if self.scene.motions.contains_key(&id)) {
+            return false;
+        }
         // Each body of a race of methods has a well of its own, to show whether it stays.
         let own_wells = self.scene.own_laws.get(&body).into_iter().flat_map(|own| &own.wells);
         if { own_wells }.any(|well| Holder::Well(well.position) == holder) {

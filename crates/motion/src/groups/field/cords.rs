@@ -155,6 +155,7 @@ impl<E: Layout> GroupField<'_, E> {
         let [mut to_x, mut to_v] = std::mem::take(&mut self.scratch.stage);
         self.compute(&x, &mut to_x);
         self.compute(&v, &mut to_v);
+        self.follow_motions(self.end(), &mut to_x, &mut to_v);
         let cords = &self.scratch.cords;
         let change = |(i, number): (usize, &u32)| {
             let SpringRow { ends, elastic } = self.coupling.springs.get(*number);

@@ -39,6 +39,7 @@ impl<E: Layout> TickField for GroupField<'_, E> {
         step_state: &mut StepState<Self>,
     ) -> (Combination, Combination) {
         self.finish(x, v);
+        self.follow_motions_to(self.end());
         step_state.start = step_state.start.and_then(|start| self.keep(start));
         start()
     }

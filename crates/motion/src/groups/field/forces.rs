@@ -4,7 +4,7 @@ use super::classes::Class;
 use super::{GroupField, Layout, Push};
 use crate::groups::combination::{APPLIED, Combination};
 use crate::groups::coupling::is_open;
-use crate::groups::rows::{Element, numbers, numbers_mut};
+use crate::groups::rows::{Element, numbers, numbers_mut, row_of};
 use crate::laws::{EvaluationTime, Law};
 use crate::methods::Field as _;
 use crate::simd::vectorize_many;
@@ -46,23 +46,25 @@ impl<'a, E: Layout> GroupField<'a, E> {
         let [mut stage_x, mut stage_v] = std::mem::take(&mut self.scratch.stage);
         let calls = self.calls();
         let looks = calls || self.depends_on_velocity();
+        // Anchors that follow a motion are not where the method has them.
+        let follows = !self.coupling.motions.is_empty();
+        let own_x = x.slot().filter(|_| !follows);
         let mut state = Vec::new();
         {
-            let x = match x.slot() {
+            let own_v = v.slot().filter(|_| !calls && !follows);
+            if own_x.is_none() {
+                self.compute(&x, &mut stage_x);
+            }
+            if own_v.is_none() && looks {
+                self.compute(&v, &mut stage_v);
+            }
+            self.follow_motions(at, &mut stage_x, &mut stage_v);
+            let x = own_x.map_or(&*stage_x, |slot| self.array(slot));
+            let v: &[E] = match own_v {
                 Some(slot) => self.array(slot),
-                None => {
-                    self.compute(&x, &mut stage_x);
-                    &stage_x
-                }
-            };
-            let v: &[E] = match v.slot() {
-                Some(slot) if !calls => self.array(slot),
-                _ if looks => {
-                    self.compute(&v, &mut stage_v);
-                    &stage_v
-                }
+                None if looks => &stage_v,
                 // Not read.
-                _ => self.rows.v,
+                None => self.rows.v,
             };
             if self.looks() {
                 state.extend(self.broken(x));
@@ -74,10 +76,7 @@ impl<'a, E: Layout> GroupField<'a, E> {
             self.add_constants(v, &mut sum);
         }
         if calls {
-            let x = match x.slot() {
-                Some(slot) => self.array(slot),
-                None => &stage_x,
-            };
+            let x = own_x.map_or(&*stage_x, |slot| self.array(slot));
             E::call(self, at, x, &mut stage_v, &mut sum);
         }
         self.lock(&mut sum);
@@ -85,6 +84,28 @@ impl<'a, E: Layout> GroupField<'a, E> {
         self.look(|field| if state.is_empty() { field.broken(&sum).collect() } else { state });
         (self.scratch.slots[out], self.scratch.stage) = (sum, [stage_x, stage_v]);
         out
+    }
+
+    /// Puts the anchors that follow a motion where they are at a time, in arrays that may be too short if they are not read.
+    pub(super) fn follow_motions(&self, at: EvaluationTime, x: &mut [E], v: &mut [E]) {
+        for (row, motion) in &self.coupling.motions {
+            // A group with such anchors is integrated alone.
+            let (element, lane) = self.place(*row, 0);
+            for (rows, state) in [&mut *x, &mut *v].into_iter().zip(motion.at(at)) {
+                if let Some(element) = rows.get_mut(element) {
+                    element.set_row(lane, row_of(state));
+                }
+            }
+        }
+    }
+
+    /// Puts the anchors that follow a motion where they are at a time.
+    pub(super) fn follow_motions_to(&mut self, at: EvaluationTime) {
+        if !self.coupling.motions.is_empty() {
+            let [x, v] = [&mut self.rows.x, &mut self.rows.v].map(std::mem::take);
+            self.follow_motions(at, x, v);
+            (self.rows.x, self.rows.v) = (x, v);
+        }
     }
 
     /// Turns forces into accelerations, and adds gravity and linear drag.

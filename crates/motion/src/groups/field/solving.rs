@@ -5,7 +5,7 @@ use super::linear_step::LinearStep;
 use super::{GroupField, Layout};
 use crate::groups::combination::Combination;
 use crate::groups::coupling::is_open;
-use crate::groups::rows::{Row, RowArray};
+use crate::groups::rows::{Row, RowArray, row_of};
 use crate::groups::solver::{ConjugateGradients, Solved, StepMatrix, add_scaled, dot};
 use crate::kernels::evaluations::Iterations;
 use crate::kernels::record::vector;
@@ -37,6 +37,7 @@ impl<E: Layout> GroupField<'_, E> {
         let start = self.own_array(&v);
         let mut v = std::mem::take(&mut self.scratch.slots[start]);
         self.kick_by_constants(&mut v);
+        self.move_anchors(&mut v);
         let mut iterations = std::mem::take(&mut self.scratch.iterations);
         iterations.resize(self.rows.groups, Iterations::default());
         E::solve(self, &mut v, &mut iterations);
@@ -45,6 +46,16 @@ impl<E: Layout> GroupField<'_, E> {
         // One row is enough: the solution depends on all rows.
         self.look(|field| field.broken(field.array(start)).take(1).collect());
         Combination::of(start)
+    }
+
+    /// Gives the anchors that follow a motion the mean velocity of the step, which takes them to its end.
+    fn move_anchors(&self, v: &mut [E]) {
+        for (row, motion) in &self.coupling.motions {
+            let (element, lane) = self.place(*row, 0);
+            let start = vector(&self.rows.x[element].row(lane));
+            let [end, _] = motion.at(self.end());
+            v[element].set_row(lane, row_of((end - start) / self.step()));
+        }
     }
 
     /// Adds `g h` to the velocities of movable rows.

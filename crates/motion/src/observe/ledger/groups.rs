@@ -92,8 +92,9 @@ impl LedgerGroup<'_> {
     ) {
         let times = &tick.environment.times;
         let cuts = self.cuts_at_cords(times, paths);
-        for QuadratureNode { after, weight, at } in nodes(times, &cuts) {
-            let (x, v) = self.rows(|body| paths[body].at(after));
+        for quadrature in nodes(times, &cuts) {
+            let QuadratureNode { weight, at, .. } = quadrature;
+            let (x, v) = self.rows(|body| paths[body].at_node(&quadrature));
             let node = GroupNode { bodies, x, v, weight };
             // A cord changes at the ends of its interval, so it is judged in the middle.
             let interval_middle = at.within_step - times.start;
@@ -132,7 +133,8 @@ impl LedgerGroup<'_> {
                 );
             }
         }
-        cuts(times, changes.iter())
+        let motions = self.coupling.motions.iter().flat_map(|(_, motion)| motion.discontinuities());
+        cuts(times, changes.iter().chain(motions))
     }
 
     /// Adds the springs. A spring that is not `taut` has no force, but the elastic energy that is left in it counts as lost.

@@ -4,8 +4,8 @@ use smallvec::SmallVec;
 
 use super::bodies::PhasePoint;
 use crate::kernels::cubic::Cubic;
-use crate::laws::EvaluationTime;
 use crate::laws::tick_times::TickTimes;
+use crate::laws::{EvaluationTime, PrescribedMotion};
 use crate::units::{Scalar, Vector};
 
 /// A discontinuity within this fraction of a tick from one of its ends does not split the tick.
@@ -20,13 +20,26 @@ pub(super) struct Path {
     cubic: Cubic,
     /// Times of jumps since the start, s, and the jumps of the acceleration, m/s².
     bends: SmallVec<[(Scalar, Vector); 2]>,
+    /// The prescribed motion that the body follows instead.
+    motion: Option<PrescribedMotion>,
 }
 
 impl Path {
     /// Makes a path between two ends that are `length` seconds apart.
     pub fn new(ends: [PhasePoint; 2], length: Scalar) -> Self {
         let [from, to] = ends.map(|end| [end.position, end.velocity]);
-        Self { ends, length, cubic: Cubic::new(from, to, length), bends: SmallVec::new() }
+        Self {
+            ends,
+            length,
+            cubic: Cubic::new(from, to, length),
+            bends: SmallVec::new(),
+            motion: None,
+        }
+    }
+
+    /// The path of a body that follows a motion, if there is one.
+    pub fn following(self, motion: Option<&PrescribedMotion>) -> Self {
+        Self { motion: motion.cloned(), ..self }
     }
 
     /// Adds a jump of the acceleration `after` seconds; both ends stay unchanged.
@@ -37,6 +50,17 @@ impl Path {
         self.cubic.curve[0] -= moved * 3.0 - turned;
         self.cubic.curve[1] -= turned - moved * 2.0;
         self.bends.push((after, jump));
+    }
+
+    /// Position and velocity at a node.
+    pub fn at_node(&self, node: &QuadratureNode) -> PhasePoint {
+        self.motion.as_ref().map_or_else(
+            || self.at(node.after),
+            |motion| {
+                let [position, velocity] = motion.at(node.at);
+                PhasePoint { position, velocity }
+            },
+        )
     }
 
     /// Position and velocity `after` seconds from the start.
