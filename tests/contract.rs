@@ -278,8 +278,7 @@ fn every_shipped_scene_keeps_what_it_expects_for_a_minute() {
         for method in methods {
             // By its own method it is no fault either.
             let own = *method == resolved.method;
-            // Particles of emitters live for seconds: by other methods, a few lives of them are like all.
-            let seconds = if own || resolved.emitters.is_empty() { 60.0 } else { 10.0 };
+            let seconds = if own { 60.0 } else { 10.0 };
             let black_box = if own { "--black-box box.zip" } else { "" };
             let seconds = seconds * resolved.pace;
             let flags =
