@@ -380,6 +380,7 @@ pub const fn shipped() -> &'static [(&'static str, &'static str)] {
         "springs",
         "momentum",
         "energy",
+        "resonance",
         "further_work",
     ]
 }

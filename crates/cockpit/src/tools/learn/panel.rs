@@ -114,7 +114,7 @@ fn list(ui: &mut Ui, learn: &mut Learn, desk: &mut Desk<'_>) {
 
 /// The shipped lessons by what they are about.
 const GROUPS: [(&str, &[&str]); 3] = [
-    ("Forces", &["force", "mass", "gravity", "feather", "momentum", "further_work"]),
+    ("Forces", &["force", "mass", "gravity", "feather", "momentum", "resonance", "further_work"]),
     ("Methods", &["eulers", "verlet", "runge_kutta", "energy"]),
     ("Stability", &["frame_time", "springs"]),
 ];
