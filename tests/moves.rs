@@ -20,6 +20,8 @@ fn sine(amplitude: DVec3, angular_frequency: f64, phase: f64) -> Curve {
 /// A ball on a spring of 8 N/m to a support that is shaken along it. The spring damps, too.
 struct Shaken {
     damping: f64,
+    /// Where the ball starts beyond the rest length, m, and how fast, m/s.
+    start: [f64; 2],
     curve: Curve,
     from: f64,
     until: f64,
@@ -32,12 +34,18 @@ impl Shaken {
 
     fn lab(&self, method: Method, h: f64) -> Lab {
         let spring = motion::Elastic { damping: self.damping, ..elastic(8.0, Self::REST) };
-        let ball = Start::of(Self::MASS, DVec3::X * Self::REST, DVec3::ZERO);
+        let (x, v) = self.ball();
+        let ball = Start::of(Self::MASS, x, v);
         let net = Net::pair(Start::held(DVec3::ZERO), ball, spring);
         let mut lab = net.lab(&Environment::default(), method, h);
         lab.insert(0, self.motion());
         lab.recompile();
         lab
+    }
+
+    fn ball(&self) -> State {
+        let [x, v] = self.start;
+        (DVec3::X * (Self::REST + x), DVec3::X * v)
     }
 
     fn motion(&self) -> PrescribedMotion {
@@ -46,13 +54,12 @@ impl Shaken {
 
     /// The states of support and ball at the ends of eight parts of the span, from the equation of motion.
     fn exact(&self, support: impl Fn(f64) -> [f64; 2]) -> Vec<Vec<State>> {
-        let ball = [(DVec3::X * Self::REST, DVec3::ZERO)];
         let acceleration = |t: f64, state: &[State]| {
             let ([x, v], (at, u)) = (support(t), state[0]);
             let pull = 8.0 * (at.x - x - Self::REST) + self.damping * (u.x - v);
             vec![DVec3::X * (-pull / Self::MASS)]
         };
-        let found = extrapolated(&ball, Self::SPAN, 8, 1 << 13, acceleration);
+        let found = extrapolated(&[self.ball()], Self::SPAN, 8, 1 << 13, acceleration);
         let with_support = |(part, ball): (usize, Vec<State>)| {
             let [x, v] = support(Self::SPAN * (part + 1) as f64 / 8.0);
             vec![(DVec3::X * x, DVec3::X * v), ball[0]]
@@ -89,7 +96,7 @@ impl Shaken {
 fn every_method_keeps_its_order_on_what_hangs_from_a_shaken_support() {
     for damping in [0.0, 0.8] {
         let curve = sine(DVec3::X * 0.3, 3.0, 0.4);
-        let shaken = Shaken { damping, curve, from: 0.0, until: FOREVER };
+        let shaken = Shaken { damping, start: [0.4, 0.3], curve, from: 0.0, until: FOREVER };
         shaken.check(|t| {
             let (sin, cos) = (3.0 * t + 0.4).sin_cos();
             [0.3 * (sin - 0.4_f64.sin()), 0.9 * cos]
@@ -106,7 +113,7 @@ fn steps_are_split_where_the_motion_of_a_support_bends() {
     };
     let points = vec![(0.37, DVec3::ZERO), (1.71, DVec3::X * 0.67)];
     for (curve, from, until) in [(curve, 0.37, 1.71), (Curve::Table(points), 0.0, FOREVER)] {
-        let shaken = Shaken { damping: 0.0, curve, from, until };
+        let shaken = Shaken { damping: 0.0, start: [0.0; 2], curve, from, until };
         // The equation of motion, piece by piece, in closed form: w = 2.
         let exact: Vec<_> = (1..=8)
             .map(|part| {
@@ -272,7 +279,7 @@ fn what_rides_on_a_support_is_where_its_motion_has_it() {
 #[test]
 fn what_is_asked_of_a_support_leaves_it_on_its_curve() {
     let curve = sine(DVec3::Z * 0.3, 3.0, 0.0);
-    let shaken = Shaken { damping: 0.0, curve, from: 0.0, until: FOREVER };
+    let shaken = Shaken { damping: 0.0, start: [0.0; 2], curve, from: 0.0, until: FOREVER };
     let mut lab = shaken.lab(Method::VelocityVerlet, 0.01);
     let support = lab.bodies[0];
     for request in [
