@@ -117,7 +117,8 @@ fn check(run: &mut Simulation, what: &str, push: impl Fn(usize) -> Option<DVec3>
         let change = end - start;
         let part = (acted - start).dot(change) / change.length_squared().max(f64::MIN_POSITIVE);
         let between = apart(start + change * part.clamp(0.0, 1.0));
-        let differ_little = change.length() <= 1e-3 * size + rounding;
+        // A support that moves stretches a spring at rest within the step, by less than a micronewton.
+        let differ_little = change.length() <= 1e-3 * size + rounding.max(1e-6);
         assert!(
             apart(start) <= allowed || apart(end) <= allowed || differ_little && between <= allowed,
             "{what}, body {:?}: {acted} N acted, {start} to {end} N are shown, {between:e} apart, of {size:e}",

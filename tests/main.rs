@@ -11,6 +11,7 @@
 mod bad_input;
 mod black_box;
 mod bounds;
+mod choosing;
 mod cockpit;
 mod contract;
 mod controls;

@@ -107,6 +107,8 @@ fn a_world_has_the_columns_that_its_scene_calls_for_and_no_others() {
         let emits = scene.emitters.iter().any(|emitter| emitter.on_device.is_none());
         let own_laws = !scene.own_laws.is_empty();
         let verlet = methods.contains(&Method::PositionVerlet);
+        // All immovable bodies of such scenes move.
+        let follows = !scene.motions.is_empty();
         let expected = [
             ("SpeedLimit", declares(&scene, Effect::SpeedLimits)),
             ("AxisLocks", declares(&scene, Effect::AxisLocks)),
@@ -119,7 +121,8 @@ fn a_world_has_the_columns_that_its_scene_calls_for_and_no_others() {
             ("Grouped", coupled),
             ("Particle", emits),
             ("PointRadius", emits),
-            ("Static", scene.bodies.iter().any(|body| body.inverse_mass == Some(0.0))),
+            ("Static", scene.bodies.iter().any(|body| body.inverse_mass == Some(0.0)) && !follows),
+            ("PrescribedMotion", follows),
             ("SourceMass", any(|body| body.source_mass.is_some())),
             ("Orientation", any(|body| body.orientation.is_some() && body.inverse_mass.is_some())),
             ("PreviousPosition", false),
@@ -158,10 +161,12 @@ fn a_schedule_has_the_systems_that_its_scene_calls_for_and_no_others() {
         assert_eq!(found.contains("advance_swarms"), on_device(true), "{name}: {found:?}");
         let rides = scene.own_laws.values().any(|laws| !laws.riding_wells.is_empty());
         assert_eq!(found.contains("carry_wells"), rides, "{name}: {found:?}");
+        let follows = !scene.motions.is_empty();
+        assert_eq!(found.contains("follow_motion"), follows, "{name}: {found:?}");
         let always = ["apply_forces", "clear_forces", "quarantine_bodies"];
         assert!(always.iter().all(|system| found.contains(*system)), "{name}: {found:?}");
         let known = "integrate_groups emit_particles integrate integrate_in_one_pass integrate_acceleration \
-            integrate_velocity remember_steps remember_accelerations apply_deferred carry_wells advance_swarms";
+            integrate_velocity remember_steps remember_accelerations apply_deferred carry_wells follow_motion advance_swarms";
         let known: Vec<_> = known.split(' ').collect();
         for system in &found {
             assert!(always.iter().chain(&known).any(|known| known == system), "{name}: {system}");

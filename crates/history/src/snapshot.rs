@@ -105,6 +105,7 @@ impl Snapshot {
             dormant,
             own_methods,
             own_substeps,
+            auto_substeps,
             last_steps,
             records,
             emissions,
@@ -125,6 +126,7 @@ impl Snapshot {
             + [quarantined, dormant].map(list_bytes).iter().sum::<usize>()
             + list_bytes(own_methods)
             + list_bytes(own_substeps)
+            + list_bytes(auto_substeps)
             + list_bytes(last_steps)
             + list_bytes(records)
             + list_bytes(emissions)

@@ -49,8 +49,8 @@ use crate::units::Scalar;
 /// The groups of a world, compiled from its springs, soft bodies and mutual gravity; absent in a world without them.
 #[derive(Resource, Debug, Default)]
 pub struct Groups {
-    /// Whether the world had springs, and mutual gravity, at the last check.
-    reasons: (bool, bool),
+    /// Whether the world had springs, bodies that choose their substeps, and mutual gravity, at the last check.
+    reasons: (bool, bool, bool),
     pub(crate) list: Vec<Group>,
     /// The tables that hold rows of groups, ascending.
     places: Vec<Place>,
@@ -88,6 +88,8 @@ pub(crate) struct Group {
     with_laws: Vec<u32>,
     /// Its own number of substeps.
     pub substeps: Option<u32>,
+    /// Whether it chooses the number in every tick.
+    chooses_substeps: bool,
     cache: GroupCache,
     /// How many threads share its springs, if it is large, and their shares; made in the first tick.
     shares: (usize, Vec<Share>),

@@ -111,7 +111,7 @@ pub use state::range::Range;
 pub use state::soft_form::SoftForm;
 pub use state::springs::{Elastic, Link, SoftBody, Spring};
 pub use state::static_bodies::Static;
-pub use state::substeps::{OwnSubsteps, Substeps};
+pub use state::substeps::{AutoSubsteps, OwnSubsteps, Substeps};
 pub use state::threads::Threads;
 pub use tick::quarantine::{Cause, Fault, Quarantine, QuarantineRecord};
 

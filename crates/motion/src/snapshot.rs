@@ -68,7 +68,7 @@ use crate::state::emitter::{Dormant, Emission, Emissions};
 use crate::state::forces::{Push, PushQueue, PushedBodies};
 use crate::state::previous_position::PreviousPosition;
 use crate::state::springs::{SoftBody, Spring};
-use crate::state::substeps::{OwnSubsteps, Substeps};
+use crate::state::substeps::{AutoSubsteps, OwnSubsteps, Substeps};
 use crate::tick::columns::NO_STEPPER;
 use crate::tick::quarantine::{Quarantine, QuarantineRecord};
 
@@ -146,6 +146,12 @@ pub struct Snapshot<B = Entity, Bodies = Vec<B>, Log = NoLog> {
     /// Bodies with their own number of substeps.
     #[cfg_attr(feature = "serde", serde(deserialize_with = "list"))]
     pub own_substeps: Vec<(B, OwnSubsteps)>,
+    /// Bodies that choose their substeps.
+    #[cfg_attr(
+        feature = "serde",
+        serde(deserialize_with = "list", skip_serializing_if = "Vec::is_empty")
+    )]
+    pub auto_substeps: Vec<(B, AutoSubsteps)>,
     /// Method state of position Verlet.
     #[cfg_attr(feature = "serde", serde(deserialize_with = "list"))]
     pub last_steps: Vec<(B, LastStep)>,
@@ -354,6 +360,7 @@ pub fn take_with<Log: Component + Clone>(
         dormant,
         own_methods,
         own_substeps: all(world),
+        auto_substeps: all(world),
         last_steps: all(world),
         records: world.resource::<Quarantine>().records().to_vec(),
         emissions,
@@ -497,6 +504,7 @@ pub fn restore<Log: Component<Mutability = Mutable> + Clone + PartialEq>(
         dormant,
         own_methods: _,
         own_substeps,
+        auto_substeps,
         last_steps,
         records,
         emissions,
@@ -517,6 +525,7 @@ pub fn restore<Log: Component<Mutability = Mutable> + Clone + PartialEq>(
     give(world, previous_positions);
     give(world, last_steps);
     give(world, &with(dormant, Dormant));
+    give(world, auto_substeps);
     let regrouped =
         [give(world, &with(quarantined, Quarantined)), give(world, own_substeps), mass_changed];
     if regrouped.contains(&true) {
@@ -668,6 +677,7 @@ impl<B, Bodies, Log> Snapshot<B, Bodies, Log> {
             dormant,
             own_methods,
             own_substeps,
+            auto_substeps,
             last_steps,
             records,
             emissions,
@@ -696,6 +706,7 @@ impl<B, Bodies, Log> Snapshot<B, Bodies, Log> {
             dormant: bodies_of(dormant),
             own_methods: keys(own_methods, &body),
             own_substeps: keys(own_substeps, &body),
+            auto_substeps: keys(auto_substeps, &body),
             last_steps: keys(last_steps, &body),
             records: records.into_iter().filter_map(record).collect(),
             emissions: keys(emissions, &emitter),
@@ -735,6 +746,11 @@ impl<Log> Snapshot<Entity, Vec<Entity>, Log> {
             "own_substeps",
             "their number is out of its range",
         )?;
+        ensure(
+            self.auto_substeps.iter().all(|(_, auto)| auto.is_valid()),
+            "auto_substeps",
+            "a number is out of its range",
+        )?;
         if self.springs.is_some_and(|springs| springs != checksum_of_springs(world, &self.bodies)) {
             return Err(RestoreError::Springs);
         }
@@ -751,6 +767,7 @@ impl<Log> Snapshot<Entity, Vec<Entity>, Log> {
         each("last_steps", fault_of(world, entities(&self.last_steps)))?;
         each("own_methods", fault_of(world, entities(&self.own_methods)))?;
         each("own_substeps", fault_of(world, entities(&self.own_substeps)))?;
+        each("auto_substeps", fault_of(world, entities(&self.auto_substeps)))?;
         each("quarantined", fault_of(world, self.quarantined.iter().copied()))?;
         each("logs", fault_of(world, entities(&self.logs)))?;
         each("dormant", fault_of(world, self.dormant.iter().copied()))?;

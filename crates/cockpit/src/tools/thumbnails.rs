@@ -22,7 +22,7 @@ pub(crate) const GROUPS: &[Group] = groups! {
     "The tutorial": "tutorial" "tutorial_large" "frame_step" "empty";
     "Methods": "orbits_race" "orbit" "solar" "figure_eight" "oscillator" "ship" "ship_between" "verlet_start";
     "Forces": "projectile" "coast" "terminal_speed" "feather" "first_law" "third_law" "wall" "everything";
-    "Springs and soft bodies": "rope" "bridge" "flag" "bungee" "cape" "jelly" "meadow";
+    "Springs and soft bodies": "rope" "bridge" "resonance" "flag" "bungee" "cape" "jelly" "meadow" "shaken_cloth";
     "Particles": "thousand" "fountain" "sparks" "dust_trail" "galaxies" "storm" "shower";
     "Hard cases": "stiff_spring";
 };

@@ -14,7 +14,7 @@ use crate::state::coupling::{CouplingChanged, Grouped};
 use crate::state::emitter::{Dormant, Particle};
 use crate::state::method_state::{LastAcceleration, LastStep};
 use crate::state::springs::{Link, SoftBody, Spring};
-use crate::state::substeps::OwnSubsteps;
+use crate::state::substeps::{AutoSubsteps, OwnSubsteps};
 use crate::state::switched_off::SpringsOff;
 use crate::units::{Scalar, at_least_0};
 
@@ -37,7 +37,8 @@ pub(crate) fn update_groups(world: &mut World, may_be_new: bool) {
     if may_be_new {
         let springs = may_exist::<Spring>(world) || may_exist::<SoftBody>(world);
         let springs = springs && !world.contains_resource::<SpringsOff>();
-        let wanted = springs || world.contains_resource::<MutualGravity>();
+        let chooses = may_exist::<AutoSubsteps>(world);
+        let wanted = springs || chooses || world.contains_resource::<MutualGravity>();
         if wanted && !world.contains_resource::<Groups>() {
             world.init_resource::<Groups>();
             world.insert_resource(CouplingChanged(true));
@@ -47,7 +48,7 @@ pub(crate) fn update_groups(world: &mut World, may_be_new: bool) {
             world.remove_resource::<Groups>();
             world.remove_resource::<CouplingChanged>();
         }
-        let reasons = (springs, world.contains_resource::<MutualGravity>());
+        let reasons = (springs, chooses, world.contains_resource::<MutualGravity>());
         if let Some(mut groups) = world.get_resource_mut::<Groups>()
             && groups.reasons != reasons
         {
@@ -91,6 +92,8 @@ struct Node {
     inverse_mass: Scalar,
     /// Mass as a source of gravity, kg, of an immovable body.
     source: Scalar,
+    /// Whether it chooses its substeps: then it is a group, even alone.
+    auto: bool,
 }
 
 /// The graph of springs, sheets and mutual gravity between bodies.
@@ -153,6 +156,7 @@ fn register(world: &mut World) {
     world.register_component::<StableId>();
     world.register_component::<SourceMass>();
     world.register_component::<PrescribedMotion>();
+    world.register_component::<AutoSubsteps>();
     world.register_component::<Quarantined>();
     world.register_component::<Particle>();
     world.register_component::<Dormant>();
@@ -163,21 +167,27 @@ fn register(world: &mut World) {
 impl Graph {
     /// The bodies and springs of `world`; `None` if groups were never compiled in it.
     fn of(world: &World) -> Option<Self> {
-        let mut bodies = world
-            .try_query_filtered::<(Entity, &PhysicsBody, Option<&StableId>, Option<&SourceMass>), (
-                With<Transform>,
-                With<Force>,
-                Without<Quarantined>,
-                Without<Particle>,
-                Without<Dormant>,
-            )>()?;
+        let mut bodies = world.try_query_filtered::<(
+            Entity,
+            &PhysicsBody,
+            Option<&StableId>,
+            Option<&SourceMass>,
+            Has<AutoSubsteps>,
+        ), (
+            With<Transform>,
+            With<Force>,
+            Without<Quarantined>,
+            Without<Particle>,
+            Without<Dormant>,
+        )>()?;
         let mut nodes: Vec<_> = bodies
             .iter(world)
-            .map(|(entity, body, id, source)| {
+            .map(|(entity, body, id, source, auto)| {
                 let node = Node {
                     entity,
                     inverse_mass: body.inverse_mass,
                     source: source.map_or(0.0, |source| source.0),
+                    auto,
                 };
                 ((id.map_or(u32::MAX, |id| id.0), entity), node)
             })
@@ -282,7 +292,7 @@ impl Graph {
             |node: usize, used: &[bool]| used[node] || attracts && pulls(nodes[node].source);
         let mut used = vec![attracts; nodes.len()];
         for (node, used) in nodes.iter().zip(&mut used) {
-            *used &= node.inverse_mass > 0.0;
+            *used = (*used || node.auto) && node.inverse_mass > 0.0;
         }
         springs.iter().flat_map(|spring| spring.ends).for_each(|end| used[end as usize] = true);
         sheets
@@ -348,6 +358,8 @@ fn agree(world: &mut World, list: &mut [Group]) {
         let method = own_method(world.entity(first));
         group.substeps = world.get::<OwnSubsteps>(first).map(|substeps| substeps.0.max(1));
         let substeps = world.get::<OwnSubsteps>(first).copied();
+        let auto = world.get::<AutoSubsteps>(first).copied();
+        group.chooses_substeps = auto.is_some();
         for body in &group.bodies[1..group.coupling.movable] {
             if own_method(world.entity(*body)) != method {
                 // The new method cannot use the state of the old one.
@@ -360,6 +372,13 @@ fn agree(world: &mut World, list: &mut [Group]) {
                 match substeps {
                     Some(substeps) => body.insert(substeps),
                     None => body.remove::<OwnSubsteps>(),
+                };
+            }
+            if world.get::<AutoSubsteps>(*body).copied() != auto {
+                let mut body = world.entity_mut(*body);
+                match auto {
+                    Some(auto) => body.insert(auto),
+                    None => body.remove::<AutoSubsteps>(),
                 };
             }
         }

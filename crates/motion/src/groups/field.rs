@@ -4,6 +4,7 @@ mod arrays;
 mod cached;
 mod classes;
 mod cords;
+mod defect;
 mod driven;
 mod forces;
 mod lane_solver;
@@ -18,6 +19,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use classes::{Class, Classes};
 use cords::Cords;
 pub(crate) use cords::{bisect_end, equal_parts};
+use defect::Defect;
 
 use super::combination::{APPLIED, Combination, FIRST, POSITION, SLOTS, VELOCITY};
 use super::coupling::Coupling;
@@ -114,6 +116,8 @@ pub(crate) struct Scratch<E: Layout = Row> {
     masses: Vec<f64>,
     /// The applied forces.
     pub pushes: Vec<Push>,
+    /// The error of the tick, if it is measured.
+    pub defect: Defect<E>,
     /// Groups without cached start accelerations in a tick where other groups have them; each costs one more evaluation.
     not_cached: Vec<usize>,
 }

@@ -215,7 +215,8 @@ impl Shape {
             && !attracts
             && group.with_laws.is_empty()
             && springs.cords().is_empty()
-            && motions.is_empty();
+            && motions.is_empty()
+            && !group.chooses_substeps;
         if !is_small || !sources.iter().all(|source| source.is_finite()) {
             return None;
         }

@@ -126,6 +126,7 @@ fn joined<'a>(texts: impl IntoIterator<Item = &'a String>) -> String {
 fn what(system: &str, accelerating: &str, damping: &str) -> String {
     match system {
         "carry_wells" => "wells move with the bodies on which they ride".to_owned(),
+        "follow_motion" => "immovable bodies go where their motion has them".to_owned(),
         "emit_particles" => {
             "particles that are due are born, and taken back when their life is over".to_owned()
         }

@@ -38,7 +38,7 @@ pub(crate) fn body(
             scope,
             "velocity_m_s",
             "an immovable body has no velocity",
-            "remove it, or immovable: true",
+            "remove it, or immovable: true, or give the body a motion in `moves`",
         );
     }
     let cure = match immovable {

@@ -1,7 +1,7 @@
 //! A group in the driver of a tick: cords, and damping, limits and locks by class.
 
 use super::classes::Class;
-use super::{GroupField, Layout, Scratch, start};
+use super::{GroupField, GroupRows, Layout, Scratch, start};
 use crate::groups::combination::{Combination, FIRST, VELOCITY};
 use crate::groups::rows::{Array, Row};
 use crate::kernels::record::Recorder;
@@ -38,7 +38,18 @@ impl<E: Layout> TickField for GroupField<'_, E> {
         v: Combination,
         step_state: &mut StepState<Self>,
     ) -> (Combination, Combination) {
+        let movable = self.movable();
+        let Segment { length, jump, .. } = self.segment;
+        let measures = self.scratch.defect.on;
+        if measures {
+            let GroupRows { x, v, .. } = &self.rows;
+            self.scratch.defect.before(&x[..movable], &v[..movable], jump);
+        }
         self.finish(x, v);
+        if measures {
+            let GroupRows { x, v, .. } = &self.rows;
+            self.scratch.defect.after(&x[..movable], &v[..movable], length);
+        }
         self.follow_motions_to(self.end());
         step_state.start = step_state.start.and_then(|start| self.keep(start));
         start()
