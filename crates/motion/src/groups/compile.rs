@@ -173,6 +173,7 @@ impl Graph {
             Option<&StableId>,
             Option<&SourceMass>,
             Has<AutoSubsteps>,
+            Option<&PrescribedMotion>,
         ), (
             With<Transform>,
             With<Force>,
@@ -182,10 +183,10 @@ impl Graph {
         )>()?;
         let mut nodes: Vec<_> = bodies
             .iter(world)
-            .map(|(entity, body, id, source, auto)| {
+            .map(|(entity, body, id, source, auto, motion)| {
                 let node = Node {
                     entity,
-                    inverse_mass: body.inverse_mass,
+                    inverse_mass: if motion.is_some() { 0.0 } else { body.inverse_mass },
                     source: source.map_or(0.0, |source| source.0),
                     auto,
                 };
@@ -197,10 +198,9 @@ impl Graph {
         let number: EntityHashMap<u32> =
             (0..).zip(&nodes).map(|(i, node)| (node.entity, i)).collect();
         let mut motions = world.try_query::<(Entity, &PrescribedMotion)>()?;
-        let motions = motions.iter(world).filter_map(|(body, motion)| {
-            let node = *number.get(&body)? as usize;
-            (nodes[node].inverse_mass <= 0.0).then(|| (node, motion.clone()))
-        });
+        let motions = motions
+            .iter(world)
+            .filter_map(|(body, motion)| Some((*number.get(&body)? as usize, motion.clone())));
         let motions = motions.collect();
         let mut graph = Self { nodes, motions, ..Self::default() };
         if world.contains_resource::<SpringsOff>() {

@@ -207,8 +207,10 @@ impl Tick<'_, '_, '_, '_, '_> {
             if wanted == substeps {
                 // Not `>`: NaN is too much.
                 choice.exceeded += u32::from(!(error <= choice.error));
-                let bodies = &groups.list[number].bodies;
-                self.output.records.add(bodies, statistics.record.as_ref(), 0);
+                if done.is_ok() {
+                    let bodies = &groups.list[number].bodies;
+                    self.output.records.add(bodies, statistics.record.as_ref(), 0);
+                }
                 break done.is_err();
             }
             if wanted > substeps {

@@ -6,13 +6,12 @@ use bevy_ecs::prelude::*;
 
 use super::curve::in_order;
 use super::{Curve, EvaluationTime};
-use crate::state::components::PhysicsBody;
 use crate::state::coupling::structure_changed;
 use crate::units::{Scalar, Vector, at_least_0};
 
 /// The motion of an immovable body along curves over time: a support that is shaken, a platform. No force or law changes it;
-/// springs, mutual gravity, wells and emitters have the body where the curves put it, at every evaluation of a method. A body
-/// with a mass does not follow its curves.
+/// springs, mutual gravity, wells and emitters have the body where the curves put it, at every evaluation of a method. Give it
+/// no mass ([`PhysicsBody::IMMOVABLE`](crate::PhysicsBody::IMMOVABLE)): a ledger would count it.
 ///
 /// ```
 /// use bevy_ecs::prelude::*;
@@ -71,13 +70,6 @@ impl PrescribedMotion {
     #[must_use]
     pub fn starting_at(&self, origin: Vector) -> Self {
         Self { origin, ..self.clone() }
-    }
-
-    /// The motion that a body follows, if it is immovable.
-    pub(crate) fn of(world: &World, body: Entity) -> Option<&Self> {
-        let (motion, body) =
-            world.get_entity(body).ok()?.get_components::<(&Self, &PhysicsBody)>().ok()?;
-        (body.inverse_mass <= 0.0).then_some(motion)
     }
 
     /// The curves, in the order in which they add up.

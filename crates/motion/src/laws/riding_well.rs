@@ -194,8 +194,7 @@ pub fn carry_wells(
 ) {
     for RidingWell { carrier, course, .. } in &wells.0 {
         let carrier = bodies.get(*carrier);
-        let motion = carrier.ok().filter(|(_, body, _)| body.inverse_mass <= 0.0);
-        course.follow(motion.and_then(|(.., motion)| motion));
+        course.follow(carrier.ok().and_then(|(.., motion)| motion));
         course.set(carrier.map_or(AWAY, |(transform, body, _)| {
             let ([x, y, z], [u, v, w]) = (transform.position.to_array(), body.velocity.to_array());
             [x, y, z, u, v, w, clock.scene_seconds()]

@@ -180,7 +180,7 @@ impl Ledger {
             paths.push(match body.is_movable() && !body.quarantined {
                 true => ledger_tick.add_body(body, &record, &mut totals),
                 false => Path::new(body.ends, tick).following(
-                    PrescribedMotion::of(world, body.entity).filter(|_| !body.quarantined),
+                    world.get::<PrescribedMotion>(body.entity).filter(|_| !body.quarantined),
                 ),
             });
         }

@@ -45,7 +45,7 @@ fn ride(
 ) -> (Vector, Option<(Scalar, Vector)>) {
     let Some((at, velocity)) = carrier_state(world, carrier) else { return (position, None) };
     let Some((time, launch)) = birth else { return (position + at, None) };
-    let [at, velocity] = match PrescribedMotion::of(world, carrier.0) {
+    let [at, velocity] = match world.get::<PrescribedMotion>(carrier.0) {
         Some(motion) => motion.at(EvaluationTime::at(time)),
         None => [at + velocity * (time - start), velocity],
     };

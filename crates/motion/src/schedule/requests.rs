@@ -115,7 +115,7 @@ pub(crate) fn carry_out(world: &mut World) -> bool {
             }),
             // It stays on its curves.
             Request::SetVelocity(body, _) | Request::SetPosition(body, _)
-                if PrescribedMotion::of(world, body).is_some() => {}
+                if world.get::<PrescribedMotion>(body).is_some() => {}
             Request::SetVelocity(body, velocity) => {
                 change(world, body, |_, body| body.velocity = velocity);
                 // Restarts position Verlet: this velocity belongs to now, not to half a step ago.
@@ -140,15 +140,11 @@ pub(crate) fn carry_out(world: &mut World) -> bool {
                 update_static_mark(world, body);
             }
             Request::ReverseVelocities => {
-                let mut bodies = world.query_filtered::<(
-                    &mut PhysicsBody,
-                    Option<&mut LastStep>,
-                    Has<PrescribedMotion>,
-                ), Without<Quarantined>>();
-                for (mut body, last, is_prescribed) in bodies.iter_mut(world) {
-                    if is_prescribed && body.inverse_mass <= 0.0 {
-                        continue;
-                    }
+                let mut bodies = world.query_filtered::<(&mut PhysicsBody, Option<&mut LastStep>), (
+                    Without<Quarantined>,
+                    Without<PrescribedMotion>,
+                )>();
+                for (mut body, last) in bodies.iter_mut(world) {
                     // Not "-velocity", which would change the sign of 0.
                     body.velocity = Vector::ZERO - body.velocity;
                     if let Some(mut last) = last {

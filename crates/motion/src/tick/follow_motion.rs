@@ -23,9 +23,6 @@ pub fn follow_motion(
     let (range, bounds) =
         (range.as_deref().copied().unwrap_or_default(), Bounds::of(range.as_deref()));
     for (entity, motion, mut transform, mut body) in &mut bodies {
-        if body.inverse_mass > 0.0 {
-            continue;
-        }
         let [position, velocity] = motion.at(end);
         let [u, v, w] = velocity.to_array();
         match bounds.breach(&position.to_array(), &[u, v, w, 0.0]) {
