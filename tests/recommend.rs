@@ -84,7 +84,7 @@ fn parts_run_alone_as_they_do_in_the_whole() {
         shipped().iter().map(|scene| scene.load().unwrap()).filter(|scene| scene.parts().len() > 1);
     let scenes: Vec<_> = several.chain([groups()]).collect();
     let names: Vec<_> = scenes.iter().map(|scene| scene.name.as_str()).collect();
-    assert_eq!(names, ["third_law", "everything", "bungee", "groups"]);
+    assert_eq!(names, ["third_law", "everything", "bungee", "resonance", "groups"]);
     for mut scene in scenes {
         for method in [Method::SemiImplicitEuler, Method::VelocityVerlet, Method::RungeKutta4] {
             scene.method = method;

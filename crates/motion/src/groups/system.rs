@@ -205,8 +205,7 @@ impl Tick<'_, '_, '_, '_, '_> {
             // From the path alone: a number that depended on that of the last tick would let symplectic methods drift.
             let wanted = choice.wanted(substeps, error, order).max(too_few * 2).min(choice.most);
             if wanted == substeps {
-                // Not `>`: NaN is too much.
-                choice.exceeded += u32::from(!(error <= choice.error));
+                choice.exceeded += u32::from(error > choice.error || error.is_nan());
                 if done.is_ok() {
                     let bodies = &groups.list[number].bodies;
                     self.output.records.add(bodies, statistics.record.as_ref(), 0);

@@ -32,7 +32,11 @@ pub fn follow_motion(
                     Quantity::Position => (place::POSITION, range.position),
                     Quantity::Velocity => (place::VELOCITY, range.speed),
                 };
-                let fault = if breach.finite { Fault::Range(bound) } else { Fault::Overflow };
+                let (component, fault) = match breach.finite {
+                    false => (component, Fault::Overflow),
+                    true if bound.is_nan() => (place::RANGE, Fault::Found),
+                    true => (component, Fault::Range(bound)),
+                };
                 let cause = Cause { system: Cause::FOLLOW_MOTION, component, fault };
                 quarantine.refuse(Refused {
                     body: entity,

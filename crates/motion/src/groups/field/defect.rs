@@ -74,7 +74,7 @@ impl<E: Element> Defect<E> {
             let size = from.abs().max(to.abs()).max_element();
             let off: Vector = to - from - way;
             let error = off.length() - ROUNDING * size;
-            if !(error <= 0.0) {
+            if error > 0.0 || error.is_nan() {
                 // An error of position comes with one of velocity, by the rate at which the velocity changes.
                 let fastest = velocities.iter().fold(0.0, |most: Scalar, v| most.max(v.length()));
                 let change = (velocities[2] - velocities[0]).length();
