@@ -86,7 +86,7 @@ fn every_tick_has_the_error_that_was_asked_for_and_a_comet_takes_half_of_the_eva
 
 #[test]
 fn what_is_smooth_costs_what_its_fixed_number_costs() {
-    // A circle is none by the two Eulers that lose or gain energy.
+    // Two of the Eulers lose or gain energy, and so leave the circle.
     for method in Method::ALL.into_iter().filter(|method| method.claims().position_order > 1) {
         let mut lab = comet(method, 0.0, asking(1e-6, 4096));
         let (_, evaluations) = run(&mut lab, 5);

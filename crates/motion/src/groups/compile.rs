@@ -367,20 +367,19 @@ fn agree(world: &mut World, list: &mut [Group]) {
                 body.remove::<(LastStep, LastAcceleration)>();
                 mark_method(&mut body, method);
             }
-            if world.get::<OwnSubsteps>(*body).copied() != substeps {
-                let mut body = world.entity_mut(*body);
-                match substeps {
-                    Some(substeps) => body.insert(substeps),
-                    None => body.remove::<OwnSubsteps>(),
-                };
-            }
-            if world.get::<AutoSubsteps>(*body).copied() != auto {
-                let mut body = world.entity_mut(*body);
-                match auto {
-                    Some(auto) => body.insert(auto),
-                    None => body.remove::<AutoSubsteps>(),
-                };
-            }
+            set(world, *body, substeps);
+            set(world, *body, auto);
         }
+    }
+}
+
+/// Gives a body this value of a component, or takes the component away, if it differs.
+fn set<C: Component + Copy + PartialEq>(world: &mut World, body: Entity, value: Option<C>) {
+    if world.get::<C>(body).copied() != value {
+        let mut body = world.entity_mut(body);
+        match value {
+            Some(value) => body.insert(value),
+            None => body.remove::<C>(),
+        };
     }
 }

@@ -73,11 +73,6 @@ impl PrescribedMotion {
         Self { origin, ..self.clone() }
     }
 
-    /// The curves, in the order in which they add up.
-    pub fn curves(&self) -> impl Iterator<Item = &Curve> {
-        self.curves.iter().map(|leg| &leg.curve)
-    }
-
     /// Position, m, and velocity, m/s, at a time.
     #[must_use]
     pub fn at(&self, at: EvaluationTime) -> [Vector; 2] {

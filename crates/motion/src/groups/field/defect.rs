@@ -15,7 +15,7 @@ pub(crate) struct Defect<E: Element> {
     /// Positions and velocities before the pair of steps, and after its first step.
     states: [[Array<E>; 2]; 2],
     /// Whether the first of these is known.
-    begun: bool,
+    knows_start: bool,
     /// Length of the first step of the pair, s.
     first: Option<Scalar>,
     /// Sums over the pairs so far, of each row: m, and m/s by which the error grows until the end of the tick.
@@ -30,7 +30,7 @@ const ROUNDING: Scalar = 8.0 * f64::EPSILON;
 impl<E: Element> Defect<E> {
     /// Begins a tick.
     pub fn begin(&mut self) {
-        (self.on, self.begun, self.first) = (true, false, None);
+        (self.on, self.knows_start, self.first) = (true, false, None);
         self.sums.clear();
         self.length = 0.0;
     }
@@ -45,8 +45,8 @@ impl<E: Element> Defect<E> {
 
     /// Notes the state before a step, which jumps at its start or not.
     pub fn before(&mut self, x: &[E], v: &[E], jump: bool) {
-        if !self.begun || jump {
-            self.begun = true;
+        if !self.knows_start || jump {
+            self.knows_start = true;
             self.first = None;
             copy(&mut self.states[0], x, v);
         }
