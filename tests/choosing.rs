@@ -1,5 +1,7 @@
 //! Substeps that a body chooses: the error that was asked for, against the truth, what it costs, and what it does to the energy.
 
+mod cases;
+
 use glam::DVec3;
 use motion::{
     AutoSubsteps, Evaluations, Method, MutualGravity, OwnSubsteps, PhysicsBody, Spring, StableId,

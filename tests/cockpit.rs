@@ -618,7 +618,7 @@ fn what_the_tools_say_fits_into_the_dock_at_its_usual_width() {
 #[test]
 fn showing_the_cockpit_changes_no_setting_and_no_bit() {
     let hash = |cockpit: bool| {
-        let overrides = Overrides { substeps: Some(5000), ..Overrides::default() };
+        let overrides = Overrides { substeps: Some(5000.into()), ..Overrides::default() };
         let options =
             Options { pictures: false, interpolate: true, overrides, ..Options::default() };
         let mut drive = Drive::with(scene::load("oscillator").unwrap(), options);
@@ -626,7 +626,7 @@ fn showing_the_cockpit_changes_no_setting_and_no_bit() {
             drive.press("F10");
         }
         let hash = drive.ticks(20).hash();
-        assert_eq!(drive.session.stage.setting().substeps, 5000);
+        assert_eq!(drive.session.stage.setting().substeps, 5000.into());
         hash
     };
     assert_eq!(hash(true), hash(false));

@@ -4,7 +4,7 @@ mod arithmetic;
 mod measuring;
 pub mod oscillator;
 mod panel;
-mod references;
+pub(crate) mod references;
 mod timing;
 
 use lab::cost::{Bench, Plan, Subject};

@@ -129,7 +129,7 @@ fn words_answer_the_tutorials_question() {
     let ticks = swapped.ticks;
     for cell in &mut swapped.cells {
         cell.counts.accelerations =
-            ticks * u64::from(cell.setting.substeps) * per_step(cell.setting.method);
+            ticks * u64::from(cell.setting.substeps.least()) * per_step(cell.setting.method);
     }
     let said = words(&swapped);
     sentence(&said, "At equal evaluations semi-implicit Euler is more accurate than Runge-Kutta 4");
@@ -462,7 +462,7 @@ fn figures_have_names_of_letters_and_digits() {
 #[test]
 fn studies_without_anything_to_say_make_a_report() {
     let one_rung = |mut study: Study| {
-        study.cells.retain(|cell| cell.setting.substeps == 80);
+        study.cells.retain(|cell| cell.setting.substeps == 80.into());
         study
     };
     let untimed = |mut study: Study| {

@@ -19,7 +19,7 @@ fn alone(mut scene: Scene, method: Method, substeps: Option<u32>) -> Drive {
     scene.method = method;
     scene.bodies.iter_mut().for_each(|body| body.method = None);
     if let Some(substeps) = substeps {
-        scene.substeps = substeps;
+        scene.substeps = substeps.into();
         scene.bodies.iter_mut().for_each(|body| body.substeps = None);
     }
     Drive::of(scene)
@@ -209,7 +209,9 @@ fn the_largest_distance_and_the_mean_are_of_all_ticks() {
     // Several ticks a frame: those in between count, too.
     drive.press("T").run(60, 0.1);
     assert!(drive.session.stage.sim().ticks() > 200);
-    let run = |method, substeps| Simulation::new(Scene { method, substeps, ..scene() });
+    let run = |method, substeps: u32| {
+        Simulation::new(Scene { method, substeps: substeps.into(), ..scene() })
+    };
     let mut nearer_now = 0;
     for method in Method::ALL {
         let (mut run, mut reference) = (run(method, 1), run(Method::RungeKutta4, 16));

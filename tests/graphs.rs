@@ -157,7 +157,7 @@ fn ghosts_have_the_states_of_runs_by_their_methods_and_the_distances_of_their_li
         let mut scene = scene::load("oscillator").unwrap();
         scene.bodies.iter_mut().for_each(|body| body.method = None);
         scene.method = method;
-        scene.substeps = substeps.unwrap_or(scene.substeps);
+        scene.substeps = substeps.map_or(scene.substeps, Into::into);
         Simulation::new(scene)
     };
     let solid = cockpit.session().stage.sim().stepper.method();

@@ -30,7 +30,7 @@ impl Kept {
     /// The scene with those sections, `hz` ticks a second, each of `substeps` parts.
     pub fn of(sections: &str, method: Method, hz: f64, substeps: u32) -> Self {
         let scene = scene_of(&format!("(version: 1, {sections})"));
-        Self::of_scene(Scene { method, step_hz: hz, substeps, ..scene })
+        Self::of_scene(Scene { method, step_hz: hz, substeps: substeps.into(), ..scene })
     }
 
     pub fn of_scene(scene: Scene) -> Self {

@@ -89,6 +89,20 @@ fn plans_of_shipped_scenes_are_the_golden_ones() {
     assert_expected("plans", &shipped().into_iter().map(plan).collect::<String>());
 }
 
+/// Whether bodies of the scene choose their substeps.
+fn chooses(scene: &Scene) -> bool {
+    scene
+        .bodies
+        .iter()
+        .filter_map(|body| body.substeps)
+        .chain([scene.substeps])
+        .any(|substeps| substeps.fixed().is_none())
+}
+
+fn is_grouped(scene: &Scene) -> bool {
+    declares(scene, Effect::Springs) || declares(scene, Effect::MutualGravity) || chooses(scene)
+}
+
 #[test]
 fn a_world_has_the_columns_that_its_scene_calls_for_and_no_others() {
     for name in shipped() {
@@ -96,7 +110,7 @@ fn a_world_has_the_columns_that_its_scene_calls_for_and_no_others() {
         let methods = methods(&mut session);
         let scene = session.stage.sim().scene.clone();
         let found = columns(&session.stage.sim().world);
-        let coupled = declares(&scene, Effect::Springs) || declares(&scene, Effect::MutualGravity);
+        let coupled = is_grouped(&scene);
         let any = |has: fn(&scene::BodySpec) -> bool| scene.bodies.iter().any(has);
         let called = scene.laws.wells.is_some()
             || scene.laws.drag.is_some_and(|drag| drag.quadratic != 0.0)
@@ -116,6 +130,7 @@ fn a_world_has_the_columns_that_its_scene_calls_for_and_no_others() {
             ("GravityOff", any(|body| body.gravity_off)),
             ("OwnLaws", own_laws),
             ("OwnSubsteps", any(|body| body.substeps.is_some())),
+            ("AutoSubsteps", chooses(&scene)),
             ("OwnMethod", any(|body| body.method.is_some())),
             ("LastStep", verlet),
             ("Grouped", coupled),
@@ -153,7 +168,7 @@ fn a_schedule_has_the_systems_that_its_scene_calls_for_and_no_others() {
         let session = session(name);
         let scene = &session.stage.sim().scene;
         let found = systems(&session.stage.sim().stepper);
-        let coupled = declares(scene, Effect::Springs) || declares(scene, Effect::MutualGravity);
+        let coupled = is_grouped(scene);
         assert_eq!(found.contains("integrate_groups"), coupled, "{name}: {found:?}");
         let on_device =
             |on: bool| scene.emitters.iter().any(|emitter| emitter.on_device.is_some() == on);
@@ -196,7 +211,7 @@ fn resources_of_undeclared_effects_are_not_there() {
         let drags = scene.laws.drag.is_some() && !scene.off_at_start.contains(&Effect::Drag);
         assert_eq!(world.contains_resource::<Drag>(), drags, "{name}");
         assert_eq!(world.contains_resource::<Wells>(), scene.laws.wells.is_some(), "{name}");
-        let coupled = declares(scene, Effect::Springs) || declares(scene, Effect::MutualGravity);
+        let coupled = is_grouped(scene);
         assert_eq!(world.contains_resource::<motion::internals::Groups>(), coupled, "{name}");
     }
 }

@@ -7,7 +7,7 @@ use std::fs;
 use history::Simulation;
 use lab::cost::{Accuracy, Cost, Study};
 use motion::Method;
-use scene::{Scene, Setting, load, shipped};
+use scene::{Scene, Setting, Substepping, load, shipped};
 use serde_json::Value;
 
 use crate::rigs::{self, Bits, all_bits, command_lines, sandbox};
@@ -152,15 +152,15 @@ fn round_trip(name: &str, text: &str, common: Setting, own: impl Fn(usize) -> Se
 fn settings_are_written_into_every_shipped_scene() {
     let many =
         [(Method::RungeKutta4, 2), (Method::VelocityVerlet, 5), (Method::SemiImplicitEuler, 1)]
-            .map(|(method, substeps)| Setting { method, substeps });
-    let fine = Setting { method: Method::Yoshida4, substeps: 3 };
+            .map(|(method, substeps)| Setting { method, substeps: Substepping::Fixed(substeps) });
+    let fine = Setting { method: Method::Yoshida4, substeps: 3.into() };
     for shipped in shipped() {
         let verlet = shipped.text.contains("verlet_previous_position_m");
         // Position Verlet alone knows a previous position.
         let method = Method::PositionVerlet;
-        let common = if verlet { Setting { method, substeps: 3 } } else { fine };
+        let common = if verlet { Setting { method, substeps: 3.into() } } else { fine };
         let own = |part: usize| {
-            if verlet { Setting { method, substeps: 4 } } else { many[part % many.len()] }
+            if verlet { Setting { method, substeps: 4.into() } } else { many[part % many.len()] }
         };
         round_trip(shipped.name, shipped.text, common, own);
         if verlet {
@@ -178,13 +178,13 @@ fn folder() -> tempfile::TempDir {
 }
 
 /// The pick of each part in a JSON report, checked against the part's own study: (name, method, substeps, price).
-fn picks(report: &Value) -> Vec<(String, Method, u32, f64)> {
+fn picks(report: &Value) -> Vec<(String, Method, Substepping, f64)> {
     let mut picks = Vec::new();
     for part in report["parts"].as_array().unwrap() {
         let study: Study = serde_json::from_value(part["study"].clone()).unwrap();
         let pick = &part["pick"];
         let method = Method::from_name(pick["method"].as_str().unwrap()).unwrap();
-        let substeps = pick["substeps"].as_u64().unwrap() as u32;
+        let substeps = serde_json::from_value(pick["substeps"].clone()).unwrap();
         let front = study.front(Accuracy::Position, Cost::RealTime);
         let on_front = |cell: &&&lab::cost::Cell| {
             cell.setting.method == method && cell.setting.substeps == substeps

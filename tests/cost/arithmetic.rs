@@ -10,7 +10,7 @@ fn difference(name: &str, method: Method) -> f64 {
     // Coarser implicit steps of the orbit do not converge.
     let substeps = if method == Method::ImplicitEuler { 4096 } else { 64 };
     let subject = Subject::of_problem(problem(name).unwrap()).unwrap().of_bodies(3, substeps);
-    let setting = Setting { method, substeps: 1 };
+    let setting = Setting { method, substeps: 1.into() };
     let run = |host| {
         let mut run = make(&subject, setting, host).unwrap();
         (0..200).for_each(|_| run.tick());

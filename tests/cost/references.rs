@@ -13,7 +13,7 @@ use crate::rigs::scene_of;
 
 /// A scene of springs, uniform and mutual gravity, and damping, as a system of first order: positions, then
 /// velocities, of all bodies.
-struct System {
+pub(crate) struct System {
     masses: Vec<Option<f64>>,
     sources: Vec<f64>,
     springs: Vec<([usize; 2], Elastic)>,
@@ -23,7 +23,7 @@ struct System {
 }
 
 impl System {
-    fn of(scene: &Scene) -> Self {
+    pub fn of(scene: &Scene) -> Self {
         let has = |effect| !scene.off_at_start.contains(&effect);
         assert!(scene.laws.wells.is_none() && scene.own_laws.is_empty(), "this system has none");
         assert!(scene.laws.drag.is_none() || !has(Effect::Drag), "this system has none");
@@ -53,10 +53,11 @@ impl System {
 
     fn accelerations(&self, x: &[DVec3], v: &[DVec3]) -> Vec<DVec3> {
         let mut forces = vec![DVec3::ZERO; x.len()];
-        for ([a, b], Elastic { stiffness, damping, rest_length, .. }) in &self.springs {
+        for ([a, b], Elastic { stiffness, damping, rest_length, pull_only, .. }) in &self.springs {
             let (along, length) = ((x[*b] - x[*a]).normalize_or_zero(), x[*a].distance(x[*b]));
-            let pull =
-                along * (stiffness * (length - rest_length) + damping * (v[*b] - v[*a]).dot(along));
+            let pull = stiffness * (length - rest_length) + damping * (v[*b] - v[*a]).dot(along);
+            let is_slack = *pull_only && (length <= *rest_length || pull <= 0.0);
+            let pull = if is_slack { DVec3::ZERO } else { along * pull };
             forces[*a] += pull;
             forces[*b] -= pull;
         }
@@ -79,7 +80,7 @@ impl System {
     }
 }
 
-fn vectors(numbers: &[f64]) -> Vec<DVec3> {
+pub(crate) fn vectors(numbers: &[f64]) -> Vec<DVec3> {
     numbers.chunks_exact(3).map(DVec3::from_slice).collect()
 }
 
@@ -91,6 +92,21 @@ impl ODE<f64, Vec<f64>> for System {
         let numbers = a.iter().flat_map(DVec3::to_array);
         dydt[v.len()..].iter_mut().zip(numbers).for_each(|(to, from)| *to = from);
     }
+}
+
+/// The state of `system` at the time `to`, from the state `y` at the time `from`, s: its positions, then its velocities.
+pub(crate) fn advance(system: &System, from: f64, to: f64, y: Vec<f64>) -> Vec<f64> {
+    let solver = ExplicitRungeKutta::dop853().rtol(1e-13).atol(1e-14).max_steps(10_000_000);
+    let solution = IVP::ode(system, from, to, y).method(solver).solve().unwrap();
+    solution.y.last().unwrap().clone()
+}
+
+/// Positions and velocities, one after the other.
+pub(crate) fn flat(states: &[(DVec3, DVec3)]) -> Vec<f64> {
+    let part = |of: fn(&(DVec3, DVec3)) -> DVec3| {
+        states.iter().flat_map(move |state| of(state).to_array())
+    };
+    part(|state| state.0).chain(part(|state| state.1)).collect()
 }
 
 /// Parts of a run at whose ends its reference is compared.
@@ -123,19 +139,14 @@ fn check(subject: Subject, scene: &Scene, bound: f64) {
     let Truth::Reference { relative_error: own, .. } = study.truth else {
         panic!("it has a closed form")
     };
-    let start = |part: fn(&scene::BodySpec) -> DVec3| {
-        scene.bodies.iter().flat_map(move |body| part(body).to_array())
-    };
-    let start: Vec<f64> = start(|body| body.position).chain(start(|body| body.velocity)).collect();
+    let start: Vec<_> = scene.bodies.iter().map(|body| (body.position, body.velocity)).collect();
     let system = System::of(scene);
     let truth = truth(&bench);
     assert!(truth.len() as u64 >= PARTS.min(study.ticks), "{}", truth.len());
-    let (mut from, mut y) = (0.0, start);
+    let (mut from, mut y) = (0.0, flat(&start));
     for (time, sample) in &truth {
         // From one to the next: between its steps it only interpolates.
-        let solver = ExplicitRungeKutta::dop853().rtol(1e-13).atol(1e-14).max_steps(10_000_000);
-        let solution = IVP::ode(&system, from, *time, y).method(solver).solve().unwrap();
-        (from, y) = (*time, solution.y.last().unwrap().clone());
+        (from, y) = (*time, advance(&system, from, *time, y));
         let (x, v) = y.split_at(y.len() / 2);
         let (x, v) = (vectors(x), vectors(v));
         for (id, ours, speed) in sample {

@@ -128,7 +128,7 @@ fn a_tick_has_a_fixed_cost_and_one_per_body_and_step() {
         .curve(ImplicitEuler)
         .filter_map(|cell| {
             let counts = (cell.counts.accelerations + cell.counts.solver) as f64;
-            Some(cell.time?.ns_per_body_step / counts * f64::from(cell.setting.substeps))
+            Some(cell.time?.ns_per_body_step / counts * f64::from(cell.setting.substeps.least()))
         })
         .collect();
     assert!(

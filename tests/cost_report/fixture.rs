@@ -117,7 +117,7 @@ fn time(method: Method, substeps: u32) -> Time {
 }
 
 fn cell(motion: &Motion, setting: Setting, scales: (f64, f64)) -> Cell {
-    let Setting { method, substeps } = setting;
+    let (method, substeps) = (setting.method, setting.substeps.least());
     let steps = SIMULATED_S * STEP_HZ * f64::from(substeps);
     let errors = motion.errors(method, substeps, scales);
     let blown_up = errors.relative.is_nan() || errors.relative >= BLOWN_UP;
@@ -139,7 +139,9 @@ fn cell(motion: &Motion, setting: Setting, scales: (f64, f64)) -> Cell {
 
 fn cells(motion: &Motion, scales: (f64, f64)) -> Vec<Cell> {
     let rungs = |method| {
-        RUNGS.into_iter().map(move |substeps| cell(motion, Setting { method, substeps }, scales))
+        RUNGS.into_iter().map(move |substeps| {
+            cell(motion, Setting { method, substeps: substeps.into() }, scales)
+        })
     };
     Method::ALL.into_iter().flat_map(rungs).collect()
 }
@@ -161,7 +163,7 @@ fn drift(method: Method, long: bool) -> Drift {
     let failed = (residuals.len() as u64) < steps;
     let largest = residuals.iter().map(|(_, residual)| residual.abs()).fold(0.0, f64::max);
     Drift {
-        setting: Setting { method, substeps },
+        setting: Setting { method, substeps: substeps.into() },
         long,
         simulated_s,
         scale: EnergyScale::Start,
@@ -185,7 +187,7 @@ fn study(subject: &str, description: &str, scales: (f64, f64), cells: Vec<Cell>)
         simulated_s: SIMULATED_S,
         bodies: 1,
         period_s: None,
-        own: Setting { method: Method::SemiImplicitEuler, substeps: 80 },
+        own: Setting { method: Method::SemiImplicitEuler, substeps: 80.into() },
         truth: Truth::ClosedForm { source: "x = cos 2 pi t".to_owned() },
         position_scale_m: scales.0,
         velocity_scale_m_s: scales.1,

@@ -321,7 +321,7 @@ impl Seen {
     fn truth(scene: &Scene, ticks: u64) -> Option<Self> {
         let finer = |times: u64| {
             let mut scene = scene.clone().damped_by_law();
-            (scene.method, scene.substeps) = (Method::RungeKutta4, 1);
+            (scene.method, scene.substeps) = (Method::RungeKutta4, 1.into());
             scene.step_hz *= times as f64;
             Self::of(&scene, ticks, times)
         };
@@ -456,7 +456,7 @@ impl Counts {
         // With several faults a cure is of one of them.
         let is_alone = trials.len().max(margins.len()) == 1;
         for cure in cures.into_iter().filter(|_| is_alone) {
-            let substeps = cure.substeps.map(|substeps| (None, Some(substeps)));
+            let substeps = cure.substeps.map(|substeps| (None, Some(substeps.into())));
             let method = cure.method.map(|method| (Some(method), None));
             for (method, substeps) in substeps.into_iter().chain(method) {
                 self.cures += 1;

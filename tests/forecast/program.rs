@@ -167,7 +167,7 @@ fn what_cannot_be_decided_says_so() {
         is_linear: true,
         growth_per_s: 1.0,
         growth_per_tick: 1.0,
-        cure: Cure { substeps: Some(2), method: None },
+        cure: Cure { substeps: Some(2), error: None, method: None },
     };
     assert!(margin.may_be_unstable());
     let row = ForecastRow::of_margin(margin, |_| "lattice".to_owned());

@@ -161,8 +161,8 @@ fn switches_and_other_changes_act_from_their_tick_on() {
             ChangeAction::SwitchEffect(Effect::Drag, false),
             ChangeAction::ReverseVelocities,
             ChangeAction::SwitchEffect(Effect::Wells, true),
-            ChangeAction::SetSubsteps(3),
-            ChangeAction::SetSubsteps(1),
+            ChangeAction::SetSubsteps(3.into()),
+            ChangeAction::SetSubsteps(1.into()),
         ] {
             pair.act(&action);
             pair.ticks(7);

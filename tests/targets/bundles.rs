@@ -74,7 +74,7 @@ fn opens(bundle: &Bundle) {
     let short = end_tick.saturating_sub(snapshot_tick) <= MOST_TICKS;
     let few = |scene: &Scene| {
         let substeps = scene.bodies.iter().filter_map(|body| body.substeps).chain([scene.substeps]);
-        substeps.max() <= Some(8) && scene.bodies.len() <= MOST_BODIES
+        substeps.max() <= Some(8.into()) && scene.bodies.len() <= MOST_BODIES
     };
     if !short || !bundle.scene("any").is_ok_and(|scene| few(&scene)) {
         return;

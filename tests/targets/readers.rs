@@ -54,8 +54,8 @@ fn read_scene(text: &str) {
 fn runs(scene: &Scene) {
     let mut run = Simulation::new(scene.clone());
     assert_eq!(run.bodies.len(), scene.bodies.len());
-    if scene.substeps > 8
-        || scene.bodies.iter().any(|body| body.substeps.is_some_and(|parts| parts > 8))
+    if scene.substeps > 8.into()
+        || scene.bodies.iter().any(|body| body.substeps.is_some_and(|parts| parts > 8.into()))
     {
         return;
     }

@@ -181,6 +181,8 @@ pub struct PerWorld {
     untold: Vec<Change>,
     /// Number of unconverged implicit steps when this world began; `None` once the person was told that there are more.
     unconverged_before: Option<u64>,
+    /// Whether the person was told that chosen substeps do not suffice.
+    told_of_excess: bool,
 }
 
 impl PerWorld {
@@ -196,6 +198,7 @@ impl PerWorld {
             alpha: 1.0,
             untold: Vec::new(),
             unconverged_before: Some(sim.world.resource::<Evaluations>().unconverged_steps()),
+            told_of_excess: false,
         }
     }
 

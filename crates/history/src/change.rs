@@ -2,9 +2,9 @@
 
 use bevy_ecs::prelude::*;
 use motion::units::Vector;
-use motion::{Damping, Method, PushQueue, Request, Requests, StableId, Substeps, TimeStep};
-use scene::ChangeAction;
+use motion::{Damping, Method, PushQueue, Request, Requests, StableId, TimeStep};
 use scene::lists::list;
+use scene::{ChangeAction, Substepping};
 use serde::{Deserialize, Serialize};
 
 use crate::simulation::Simulation;
@@ -19,7 +19,7 @@ pub enum Change {
     /// Sets the scene's method.
     Method(Method),
     /// Sets the scene's substeps.
-    Substeps(u32),
+    Substeps(Substepping),
     /// Sets the scene's tick length, s.
     Step(f64),
     /// A force on a body in the next tick, N.
@@ -112,9 +112,7 @@ impl Simulation {
                 self.carry_out_requests();
             }
             Change::Method(method) => self.set_method(*method),
-            Change::Substeps(substeps) => {
-                self.world.insert_resource(Substeps((*substeps).clamp(1, Substeps::MOST)));
-            }
+            Change::Substeps(substeps) => substeps.clamped().put(&mut self.world),
             Change::Step(step) if *step > 0.0 && step.is_finite() => {
                 self.world.insert_resource(TimeStep(*step));
             }

@@ -2,8 +2,8 @@
 
 use motion::effects::Effect;
 use motion::snapshot::Effects;
-use motion::{DampingModel, Method, Substeps, TimeStep};
-use scene::{Scene, unsolvable};
+use motion::{DampingModel, Method, TimeStep};
+use scene::{Scene, Substepping, unsolvable};
 use serde::{Deserialize, Serialize};
 
 use crate::simulation::Simulation;
@@ -16,8 +16,8 @@ pub struct Overrides {
     pub method: Option<Method>,
     /// Ticks per second, positive and finite.
     pub step_hz: Option<f64>,
-    /// Substeps per tick, at least 1; bodies with their own substeps keep them.
-    pub substeps: Option<u32>,
+    /// Substeps; bodies with their own keep them.
+    pub substeps: Option<Substepping>,
     /// Damping model, where the scene declares damping.
     pub damping: Option<DampingModel>,
 }
@@ -47,8 +47,7 @@ impl Overrides {
         let rate =
             self.step_hz.filter(|rate| *rate > 0.0 && rate.is_finite() && (1.0 / rate).is_finite());
         scene.step_hz = rate.unwrap_or(scene.step_hz);
-        scene.substeps =
-            self.substeps.map_or(scene.substeps, |parts| parts.clamp(1, Substeps::MOST));
+        scene.substeps = self.substeps.map_or(scene.substeps, Substepping::clamped);
         if let (Some(damping), Some(model)) = (&mut scene.damping, self.damping) {
             damping.model = model;
         }
@@ -60,8 +59,8 @@ impl Overrides {
 pub struct RunSettings {
     /// Method of bodies without their own.
     pub method: Method,
-    /// Substeps per tick of bodies without their own.
-    pub substeps: u32,
+    /// Substeps of bodies without their own.
+    pub substeps: Substepping,
     /// Length of a tick, s.
     pub step: f64,
     /// Gravity and damping, and the effects that are off.

@@ -10,9 +10,9 @@ use motion::ledger::Ledger;
 use motion::units::Vector;
 use motion::{
     Cause, Evaluations, Method, PhysicsBody, PushQueue, Quarantine, Quarantined, Request, Requests,
-    Stepper, Substeps, TimeStep, Transform, own_method,
+    Stepper, TimeStep, Transform, own_method,
 };
-use scene::Scene;
+use scene::{Scene, Substepping};
 use xxhash_rust::xxh3::Xxh3;
 
 /// The first quarantine of a run.
@@ -77,10 +77,10 @@ impl Simulation {
         self.stepper.method()
     }
 
-    /// Substeps per tick of all bodies that have no number of their own.
+    /// Substeps of all bodies that have none of their own.
     #[must_use]
-    pub fn substeps(&self) -> u32 {
-        self.world.get_resource::<Substeps>().map_or(1, |substeps| substeps.0.max(1))
+    pub fn substeps(&self) -> Substepping {
+        Substepping::of(&self.world)
     }
 
     /// Ticks simulated so far.

@@ -14,7 +14,7 @@ use motion::snapshot;
 use motion::units::Vector;
 use motion::{Evaluations, Method, PhysicsBody, QuarantineRecord, StableId, Transform};
 use scene::lists::list_bytes;
-use scene::{EmitterSpec, FileIndex, Part, Scene};
+use scene::{EmitterSpec, FileIndex, Part, Scene, Substepping};
 use serde::{Deserialize, Serialize};
 use swarm::SwarmLog as Log;
 
@@ -185,14 +185,23 @@ impl Snapshot {
     }
 
     /// The settings of every body with physics: stable id, method and substeps.
-    pub fn settings(&self) -> impl Iterator<Item = (u32, Method, u32)> + '_ {
-        let snapshot::Snapshot { method, substeps, own_methods, own_substeps, bodies, .. } =
-            &self.state;
+    pub fn settings(&self) -> impl Iterator<Item = (u32, Method, Substepping)> + '_ {
+        let snapshot::Snapshot {
+            method,
+            substeps,
+            own_methods,
+            own_substeps,
+            auto_substeps,
+            bodies,
+            ..
+        } = &self.state;
         let methods: HashMap<_, _> = own_methods.iter().copied().collect();
         let numbers: HashMap<_, _> = own_substeps.iter().copied().collect();
+        let choices: HashMap<_, _> = auto_substeps.iter().copied().collect();
         bodies.ids().map(move |id| {
-            let own = numbers.get(&id).map_or(substeps.0, |own| own.0);
-            (id, methods.get(&id).copied().unwrap_or(*method), own.max(1))
+            let number = || numbers.get(&id).map_or(substeps.0, |own| own.0).max(1).into();
+            let own = choices.get(&id).map_or_else(number, |choice| Substepping::from(*choice));
+            (id, methods.get(&id).copied().unwrap_or(*method), own)
         })
     }
 

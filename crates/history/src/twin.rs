@@ -3,10 +3,9 @@
 use bevy_ecs::prelude::*;
 use motion::clock::StepClock;
 use motion::{
-    Damping, DampingModel, Method, OwnMethod, OwnSubsteps, Request, Substeps, TimeStep,
-    remember_positions,
+    Damping, DampingModel, Method, OwnMethod, OwnSubsteps, Request, TimeStep, remember_positions,
 };
-use scene::Scene;
+use scene::{Scene, Substepping};
 
 use crate::change::Change;
 use crate::simulation::{FirstQuarantine, Simulation};
@@ -26,17 +25,22 @@ pub struct Twin {
     simulation: Simulation,
 }
 
-/// Substeps per tick of the reference of `scene`: twice as many as any of its bodies, and at least [`REFERENCE_SUBSTEPS`].
+/// Substeps of the reference of `scene`: twice as many as any of its bodies, and at least [`REFERENCE_SUBSTEPS`]. If a body chooses,
+/// the reference chooses for the smallest error of any, divided by 4,096.
 #[must_use]
-pub fn reference_substeps(scene: &Scene) -> u32 {
-    let own = scene.bodies.iter().filter_map(|body| body.substeps);
-    let most = own.fold(scene.substeps, u32::max);
-    REFERENCE_SUBSTEPS.max(most.saturating_mul(2))
+pub fn reference_substeps(scene: &Scene) -> Substepping {
+    let own = || scene.bodies.iter().filter_map(|body| body.substeps).chain([scene.substeps]);
+    let most = own().map(Substepping::least).fold(0, u32::max);
+    let chosen = own().filter(|substeps| substeps.choice().is_some()).min();
+    chosen.map_or_else(
+        || REFERENCE_SUBSTEPS.max(most.saturating_mul(2)).into(),
+        |chosen| chosen.finer(8),
+    )
 }
 
 impl Twin {
-    /// A twin that starts from the present state of `leader`, between two ticks, with `substeps` substeps per tick
-    /// for every body, or with those of the leader if `None`.
+    /// A twin that starts from the present state of `leader`, between two ticks, with these substeps for every
+    /// body, or with those of the leader if `None`.
     ///
     /// Before the first tick it has the bits of a scene with this method. Later it takes over the method state of the
     /// leader, and changes the method as [`Simulation::set_method`] does: the velocities of position Verlet, which
@@ -46,7 +50,7 @@ impl Twin {
     /// # Panics
     /// If the bodies of `leader` are not those of its scene.
     #[must_use]
-    pub fn new(leader: &Simulation, method: Method, substeps: Option<u32>) -> Self {
+    pub fn new(leader: &Simulation, method: Method, substeps: Option<Substepping>) -> Self {
         let begins = leader.world.resource::<StepClock>().scene_seconds() == 0.0;
         let mut scene = Scene::clone(&leader.scene);
         scene.bodies.iter_mut().for_each(|body| body.method = None);
@@ -60,10 +64,10 @@ impl Twin {
         unify_methods(&mut simulation, method);
         let Simulation { world, stepper, .. } = &mut simulation;
         if let Some(substeps) = substeps {
-            world.insert_resource(Substeps(substeps));
             for body in entities::<With<OwnSubsteps>>(world) {
                 world.entity_mut(body).remove::<OwnSubsteps>();
             }
+            substeps.put(world);
         }
         stepper.recompile(world);
         Self { simulation }
@@ -79,13 +83,13 @@ impl Twin {
         Self::new(leader, REFERENCE_METHOD, Some(substeps))
     }
 
-    /// A far finer run of `leader`: `ticks` ticks of the reference method in place of each, with `substeps` substeps. Damping is the
+    /// A far finer run of `leader`: `ticks` ticks of the reference method in place of each, with these substeps. Damping is the
     /// law that its model approximates.
     ///
     /// # Panics
     /// As [`Twin::new`].
     #[must_use]
-    pub fn finer(leader: &Simulation, ticks: u32, substeps: u32) -> Self {
+    pub fn finer(leader: &Simulation, ticks: u32, substeps: Substepping) -> Self {
         let mut twin = Self::new(leader, REFERENCE_METHOD, Some(substeps));
         let Simulation { world, stepper, .. } = &mut twin.simulation;
         let TimeStep(tick) = *world.resource();

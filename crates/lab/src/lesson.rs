@@ -113,7 +113,7 @@ pub fn measured(simulation: &Simulation, measure: &RunMeasure) -> f64 {
             Some(damping.map_or(0.0, |damping| damping.rate))
         }
         RunMeasure::StepHz => Some(rate_of(world.resource::<TimeStep>().0)),
-        RunMeasure::Substeps => Some(f64::from(simulation.substeps())),
+        RunMeasure::Substeps => Some(f64::from(simulation.substeps().least())),
         RunMeasure::Method(method) => Some(f64::from(u8::from(simulation.method() == *method))),
         #[expect(clippy::cast_precision_loss, reason = "a count")]
         RunMeasure::Evaluations => Some(world.resource::<Evaluations>().accelerations() as f64),

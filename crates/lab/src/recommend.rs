@@ -2,6 +2,7 @@
 //!
 //! A choice is one point of the measured front for each part of a scene; nothing is interpolated.
 
+use scene::Substepping;
 use serde::{Deserialize, Serialize};
 
 use crate::cost::{Accuracy, Cell, Cost, Errors, Setting, Study};
@@ -246,7 +247,7 @@ impl<'a> Front<'a> {
         // The order says nothing about far longer ticks.
         let times = times.min(MOST_TICK_STRETCH);
         // An error near the reference's own says nothing about longer ticks.
-        (point.setting.substeps == 1
+        (point.setting.substeps == Substepping::Fixed(1)
             && point.error_m > 2.0 * self.reference_error_m
             && times >= 2.0)
             .then_some(times)

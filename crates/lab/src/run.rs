@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use glam::DVec3;
 use history::{Simulation, Watch};
 use motion::effects::Effect;
 use motion::{Method, Request};
@@ -43,6 +44,28 @@ pub(crate) fn started(scene: impl Into<Arc<Scene>>, without: &[Effect]) -> Simul
 /// The bodies of `scene` that can move, with their stable ids.
 pub(crate) fn movable(scene: &Scene) -> impl Iterator<Item = (u32, &BodySpec)> {
     (0..).zip(&scene.bodies).filter(|(_, body)| body.is_movable())
+}
+
+/// `power` of 10, the nearest number to it.
+pub(crate) fn decade(power: i32) -> f64 {
+    let whole = libm::pow(10.0, f64::from(power.abs()));
+    if power < 0 { 1.0 / whole } else { whole }
+}
+
+/// The power of ten, in m, next to the size of the motion in `scene` within `seconds`: the largest distance of a body or a well from
+/// their middle or, where all are in one place, the way of the fastest body at its first speed, or else 1 m.
+pub(crate) fn size(scene: &Scene, seconds: f64) -> i32 {
+    let wells = scene.laws.wells.iter().flat_map(|wells| &wells.0);
+    let places: Vec<_> = wells
+        .map(|well| well.position)
+        .chain(scene.bodies.iter().map(|body| body.position))
+        .collect();
+    let middle = places.iter().sum::<DVec3>() / places.len().max(1) as f64;
+    let largest = |lengths: &mut dyn Iterator<Item = f64>| lengths.fold(0.0, f64::max);
+    let extent = largest(&mut places.iter().map(|place| place.distance(middle)));
+    let speed = largest(&mut movable(scene).map(|(_, body)| body.velocity.length()));
+    let size = [extent, speed * seconds, 1.0].into_iter().find(|size| *size > 0.0);
+    libm::round(libm::log10(size.unwrap_or(1.0))) as i32
 }
 
 /// Thread CPU time of a tick, s, over `ticks` of them, at least 1.

@@ -15,7 +15,7 @@ use std::sync::Arc;
 use history::{Simulation, Snapshot};
 use motion::Method;
 use motion::margin::Cure;
-use scene::Scene;
+use scene::{Scene, Substepping};
 
 use self::piece::Piece;
 
@@ -128,8 +128,8 @@ pub struct Tried {
     pub of: usize,
     /// Their method.
     pub method: Method,
-    /// Their substeps per tick.
-    pub substeps: u32,
+    /// Their substeps.
+    pub substeps: Substepping,
     /// The result.
     pub verdict: Verdict,
     /// Stable id of the body of the verdict.
@@ -277,7 +277,7 @@ struct Waiting {
     /// Stable ids of its bodies, ascending.
     ids: Vec<u32>,
     /// Method and substeps of its movable bodies.
-    setting: (Method, u32),
+    setting: (Method, Substepping),
     /// Number of movable bodies that it stands for.
     of: usize,
 }
@@ -286,7 +286,7 @@ struct Waiting {
 fn parts(scene: &Scene, snapshot: &Snapshot) -> Vec<Waiting> {
     let (joined, free) = scene.joined();
     let is_movable = |id: &u32| scene.bodies[*id as usize].is_movable();
-    let mut settings: Vec<Option<(Method, u32)>> = vec![None; scene.bodies.len()];
+    let mut settings: Vec<Option<(Method, Substepping)>> = vec![None; scene.bodies.len()];
     for (id, method, substeps) in snapshot.settings().filter(|(id, ..)| is_movable(id)) {
         settings[id as usize] = Some((method, substeps));
     }
@@ -297,7 +297,7 @@ fn parts(scene: &Scene, snapshot: &Snapshot) -> Vec<Waiting> {
         let of = ids.iter().filter(|id| is_movable(id)).count();
         found.push(Waiting { ids: sampled(scene, snapshot, ids), setting, of });
     }
-    let mut classes: Vec<((Method, u32), Vec<u32>)> = Vec::new();
+    let mut classes: Vec<((Method, Substepping), Vec<u32>)> = Vec::new();
     for id in free {
         let Some(setting) = setting(&id) else { continue };
         match classes.iter_mut().find(|(known, _)| *known == setting) {

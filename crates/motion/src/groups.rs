@@ -67,6 +67,8 @@ pub struct Groups {
     v: RowArray,
     w: Vec<Scalar>,
     last: Vec<Scalar>,
+    /// `x`, `v` and `last` of a group that chooses its substeps, at the start of the tick.
+    start: (RowArray, RowArray, Vec<Scalar>),
     /// Number of movable rows that the running system has found, per group outside bundles.
     seen: Vec<usize>,
     /// Group, row and force, N, of every pushed row.

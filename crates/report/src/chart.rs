@@ -81,8 +81,8 @@ impl Chart {
         (left + self.x.place(x) * (right - left), bottom - self.y.place(y) * (bottom - top))
     }
 
-    /// The line of a curve.
-    pub(crate) fn curve(&mut self, method: Method, points: &[(f64, f64)]) {
+    /// The line of a curve, with those lengths of dashes and gaps.
+    pub(crate) fn curve(&mut self, method: Method, dash: &'static [f64], points: &[(f64, f64)]) {
         let points: Vec<_> = points.iter().map(|point| self.at(*point)).collect();
         // Keeps names off the curve.
         for pair in points.windows(2) {
@@ -93,7 +93,7 @@ impl Chart {
                 self.taken.push([x - 1.0, y - 1.0, x + 1.0, y + 1.0]);
             }
         }
-        self.over.push(curve(Shape::line(points), method));
+        self.over.push(curve(Shape::line(points), method, dash));
     }
 
     /// A point of a curve, with words that show under the pointer.
@@ -208,7 +208,7 @@ impl Chart {
 
     /// A curve of a method, in the legend.
     pub(crate) fn legend_method(&mut self, method: Method, words: &str) {
-        let line = curve(Shape::path(LINE), method);
+        let line = curve(Shape::path(LINE), method, &[]);
         self.row([line, mark(method, words)], Shape::words(words));
     }
 
@@ -276,8 +276,8 @@ fn circle(radius: f64) -> Shape {
     ))
 }
 
-fn curve(line: Shape, method: Method) -> Shape {
-    let stroke = Stroke::new(marks::color(method, marks::LIGHT), 1.9);
+fn curve(line: Shape, method: Method, dash: &'static [f64]) -> Shape {
+    let stroke = Stroke::new(marks::color(method, marks::LIGHT), 1.9).dashed(dash);
     line.class(format!("l-{}", method.name())).stroke(stroke)
 }
 

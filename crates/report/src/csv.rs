@@ -33,7 +33,7 @@ pub(crate) fn cells(report: &Report) -> String {
         let error = |accuracy| plain(study.error(cell, accuracy));
         let mut row = named(study, cell.setting);
         row.extend([
-            plain(Some(study.step_s(cell.setting))),
+            plain(Some(study.mean_step_s(cell))),
             error(Accuracy::Relative),
             error(Accuracy::Position),
             error(Accuracy::Velocity),

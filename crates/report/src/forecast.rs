@@ -5,6 +5,7 @@ use lab::trial::{Excess, Settled, Trial, Tried, Verdict};
 use motion::bevy_ecs::entity::Entity;
 use motion::margin::{Cure, LimitingPart, Margin, Margins};
 use motion::{Method, Substeps};
+use scene::Substepping;
 use serde_json::{Value, json};
 
 use crate::numbers::{digits, json_number, number};
@@ -165,9 +166,9 @@ impl ForecastRow {
 
     /// Method and substeps of the bodies.
     #[must_use]
-    pub const fn setting(&self) -> (Method, u32) {
+    pub fn setting(&self) -> (Method, Substepping) {
         match &self.instrument {
-            Instrument::Margin(margin) => (margin.method, margin.substeps),
+            Instrument::Margin(margin) => (margin.method, margin.substeps.into()),
             Instrument::Trial(tried) => (tried.method, tried.substeps),
         }
     }
@@ -417,27 +418,29 @@ pub fn growth(factor: f64) -> String {
 
 fn tried_cure_in_words(tried: &Tried) -> String {
     match tried.cure {
-        Cure { substeps: None, method: None } if tried.is_searched => {
+        Cure { substeps: None, error: None, method: None } if tried.is_searched => {
             "found no cure: no other method holds, and no number of substeps that can be tried"
                 .to_owned()
         }
-        Cure { substeps: None, method: None } => "no cure was found in time".to_owned(),
+        Cure { substeps: None, error: None, method: None } => {
+            "no cure was found in time".to_owned()
+        }
         cure => cure_in_words(cure),
     }
 }
 
 fn cure_in_words(cure: Cure) -> String {
-    match (cure.substeps, cure.method.map(Method::name)) {
-        (Some(substeps), Some(method)) => format!("needs {substeps} substeps, or {method}"),
-        (Some(substeps), None) => format!("needs {substeps} substeps"),
-        (None, Some(method)) => format!("needs {method}"),
-        (None, None) => {
-            format!(
-                "found no cure: no other method, and no number up to {} substeps",
-                Substeps::MOST
-            )
-        }
+    let ways = [
+        cure.substeps.map(|substeps| format!("{substeps} substeps")),
+        cure.error.map(|error| format!("substeps chosen for {error:?} m")),
+        cure.method.map(|method| method.name().to_owned()),
+    ];
+    let ways: Vec<_> = ways.into_iter().flatten().collect();
+    if ways.is_empty() {
+        let most = Substeps::MOST;
+        return format!("found no cure: no other method, and no number up to {most} substeps");
     }
+    format!("needs {}", ways.join(", or "))
 }
 
 #[cfg(test)]

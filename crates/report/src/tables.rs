@@ -199,7 +199,7 @@ pub(crate) fn of_methods(study: &Study) -> Table {
                 .iter()
                 .find(|drift| drift.long == *long && drift.setting.method == method);
             row.push(or_none(drift, |drift| {
-                format!("x {}: {}", drift.setting.substeps, fate(drift))
+                format!("x {:#}: {}", drift.setting.substeps, fate(drift))
             }));
         }
         row
@@ -263,7 +263,7 @@ pub(crate) fn equal(study: &Study) -> Table {
 pub(crate) fn failed(study: &Study) -> Table {
     let rows = study.failed_runs().into_iter().map(|group| {
         let substeps: Vec<_> =
-            group.runs.iter().map(|(substeps, _)| format!("x {substeps}")).collect();
+            group.runs.iter().map(|(substeps, _)| format!("x {substeps:#}")).collect();
         let title = group.method.claims().title.to_owned();
         vec![title, substeps.join(", "), why(&group)]
     });
@@ -275,8 +275,8 @@ pub(crate) fn front(study: &Study) -> Table {
     let row = |cell: &Cell| {
         let setting = cell.setting;
         vec![
-            format!("`{}` x {}", setting.method.name(), setting.substeps),
-            number(1.0 / study.step_s(setting), 3),
+            format!("`{}` x {:#}", setting.method.name(), setting.substeps),
+            number(1.0 / study.mean_step_s(cell), 3),
             or_none(study.error(cell, SEEN), |error| length(error, 2)),
             or_none(study.cost(cell, Cost::Evaluations), |cost| number(cost, 3)),
             or_none(cell.time, |time| duration(time.ns_per_body_step, 2)),
@@ -304,8 +304,8 @@ pub(crate) fn every_run(study: &Study) -> Table {
             |host| or_none(cell.time_in(host), |time| duration(time.ns_per_body_step, 2));
         vec![
             format!("{} {}", if on_front { "*" } else { " " }, setting.method.claims().title),
-            setting.substeps.to_string(),
-            duration(1e9 * study.step_s(setting), 3),
+            format!("{:#}", setting.substeps),
+            duration(1e9 * study.mean_step_s(cell), 3),
             study
                 .error(cell, Accuracy::Relative)
                 .map_or_else(|| outcome(cell), |error| number(error, 2)),

@@ -5,9 +5,16 @@ use lab::cost::{
     Study, Truth,
 };
 use motion::Method;
+use scene::Substepping;
 
 use super::numbers::{capital, fold, length, number, share};
 use super::palette::ink;
+
+/// Substeps beside the name of a method: `x4`, or the error that they are chosen for.
+pub(crate) fn times(substeps: Substepping) -> String {
+    let number = substeps.fixed().map(|number| format!("x{number}"));
+    number.unwrap_or_else(|| format!("{substeps:#}"))
+}
 
 /// The results in sentences, the answer in one line first.
 pub fn words(study: &Study) -> Vec<String> {
@@ -191,8 +198,13 @@ pub(crate) fn title(method: Method) -> String {
 
 /// A setting with its steps per second.
 pub(crate) fn setting(study: &Study, cell: &Cell) -> String {
-    let hz = study.step_hz * f64::from(cell.setting.substeps);
-    format!("{} at {} Hz (x {})", title(cell.setting.method), number(hz, 3), cell.setting.substeps)
+    let hz = study.step_hz * study.steps(cell);
+    format!(
+        "{} at {} Hz (x {:#})",
+        title(cell.setting.method),
+        number(hz, 3),
+        cell.setting.substeps
+    )
 }
 
 /// Evaluations per second, and per period where there is one.
@@ -267,7 +279,7 @@ mod tests {
         let series: Vec<_> =
             (1..=200).map(|i| f64::from(i) / 20.0).map(|t| (t, residual(t))).collect();
         Drift {
-            setting: Setting { method: Method::ExplicitEuler, substeps: 1 },
+            setting: Setting { method: Method::ExplicitEuler, substeps: 1.into() },
             long: false,
             simulated_s: 10.0,
             scale,

@@ -8,9 +8,9 @@ use std::path::Path;
 use clap::Args;
 use motion::effects::Effect;
 use motion::margin::NaturalModes;
-use motion::{DampingModel, Method, Substeps};
+use motion::{DampingModel, Method};
 use report::numbers::number;
-use scene::{Keeps, Scene, StepKind};
+use scene::{Keeps, Scene, StepKind, Substepping};
 
 use crate::failure::Failure;
 
@@ -57,8 +57,8 @@ pub(crate) struct StepArgs {
     #[arg(long, value_name = "M", value_parser = method)]
     pub method: Option<Method>,
     /// Substeps per tick; overrides the scene. Bodies with their own substeps keep them
-    #[arg(long, value_name = "K", allow_negative_numbers = true, value_parser = substeps)]
-    pub substeps: Option<u32>,
+    #[arg(long, value_name = "K", allow_negative_numbers = true)]
+    pub substeps: Option<Substepping>,
     /// Threads that integrate; the results are the same for any number
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = threads)]
     pub threads: Option<usize>,
@@ -142,11 +142,6 @@ pub(crate) fn above_0(text: &str) -> Result<u64, String> {
         Ok(value) if value > 0 => Ok(value),
         _ => Err("give a whole number from 1 up".to_owned()),
     }
-}
-
-pub(crate) fn substeps(text: &str) -> Result<u32, String> {
-    let found = text.parse().ok().filter(|parts| (1..=Substeps::MOST).contains(parts));
-    found.ok_or_else(|| format!("give a whole number from 1 to {}", Substeps::MOST))
 }
 
 /// Greatest number of copies of a problem that are timed.

@@ -3,10 +3,11 @@
 use std::fmt;
 
 use glam::DVec3;
+use motion::Method;
 use motion::effects::Effect;
-use motion::{Method, Substeps};
 use serde::{Deserialize, Serialize};
 
+use crate::scene::substepping::Substepping;
 use crate::text::faults::shown;
 use crate::text::syntax::enum_of_enums;
 
@@ -167,12 +168,8 @@ actions! {
     Remove(body: String) => Target::Body(body), None;
     /// Changes the method of the scene: of every body without one of its own.
     SetMethod(#[serde(with = "method")] method: Method) => Target::Scene, None;
-    /// Changes the substeps of the scene: of every body without its own, 1 to [`Substeps::MOST`].
-    SetSubsteps(substeps: u32) => Target::Scene, unless(
-        (1..=Substeps::MOST).contains(substeps),
-        || format!("{substeps} is not a number of substeps"),
-        "give a whole number from 1 to 100000",
-    );
+    /// Changes the substeps of the scene: of every body without its own.
+    SetSubsteps(substeps: Substepping) => Target::Scene, substeps.fault();
     /// Gives a body a method of its own.
     SetBodyMethod(body: String, #[serde(with = "method")] method: Method) => Target::Body(body), None;
     /// Switches an effect that the scene declares on or off.

@@ -1,9 +1,10 @@
 //! Checks of single values: each returns a usable value and records the fault, so that resolving continues.
 
 use glam::DVec3;
-use motion::{Method, Substeps};
+use motion::Method;
 
 use crate::scene::BodySpec;
+use crate::scene::substepping::Substepping;
 use crate::text::faults::Faults;
 pub(crate) use crate::text::faults::shown;
 use crate::text::nearest::one_of;
@@ -216,9 +217,9 @@ impl Faults {
         self.word(scope, "method", value, None, &known)
     }
 
-    /// A number of substeps, where one is given.
-    pub fn substeps(&mut self, scope: Scope, value: Option<u32>) -> Option<u32> {
-        self.count_of_substeps(scope, "substeps", value)
+    /// Substeps, where they are given.
+    pub fn substeps(&mut self, scope: Scope, value: Option<Substepping>) -> Option<Substepping> {
+        self.substeps_of(scope, "substeps", value?)
     }
 
     /// A number of substeps under any key, if one is given.
@@ -228,12 +229,17 @@ impl Faults {
         key: &str,
         value: Option<u32>,
     ) -> Option<u32> {
-        let substeps = value?;
-        if (1..=Substeps::MOST).contains(&substeps) {
-            return value;
-        }
-        let cure = format!("give a whole number from 1 to {}", Substeps::MOST);
-        self.refuse(scope, key, format!("{substeps} is not a number of substeps"), cure);
+        self.substeps_of(scope, key, value?.into()).map(Substepping::least)
+    }
+
+    fn substeps_of(
+        &mut self,
+        scope: Scope,
+        key: &str,
+        substeps: Substepping,
+    ) -> Option<Substepping> {
+        let Some((what, cure)) = substeps.fault() else { return Some(substeps) };
+        self.refuse(scope, key, what, cure);
         None
     }
 

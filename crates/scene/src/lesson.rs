@@ -12,6 +12,7 @@ pub use self::formula::{Comparison, Formula, Sentence};
 pub use self::raw::{beside, is_same_scene};
 use crate::Scene;
 use crate::action::{Action, ChangeAction, method};
+use crate::scene::substepping::Substepping;
 use crate::shipped::{self, read_text};
 use crate::text::faults::SceneError;
 use crate::text::nearest::{did_you_mean, nearest};
@@ -180,8 +181,9 @@ pub struct LessonRun {
     pub scene: Option<String>,
     /// Its method, if not the scene's.
     pub method: Option<Method>,
-    /// Its substeps per tick, if not the scene's.
-    pub substeps: Option<u32>,
+    /// Its substeps, if not those of the scene.
+    pub substeps: Option<Substepping>,
+
     /// Its ticks per second, if not the scene's.
     pub step_hz: Option<f64>,
     /// Its length, s.

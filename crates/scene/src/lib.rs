@@ -66,6 +66,7 @@ pub use resolve::springs::unsolvable;
 pub use resolve::survival::EXPLODES;
 pub use scene::coupled::{Declaration, EmitterSpec, SoftBodySpec, SpringSpec};
 pub use scene::names::Names;
+pub use scene::substepping::{Choice, Substepping};
 pub use scene::survival::{Bounds, Lengths, Measure, SurvivalRow, TickLengths};
 pub use scene::{
     BodySpec, CameraSpec, ExpectSpec, LightSpec, OwnLawsSpec, PushSpec, Reading, SCENE_VERSION,

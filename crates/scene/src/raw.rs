@@ -9,6 +9,7 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
 use crate::lists::List;
+use crate::scene::substepping::Substepping;
 use crate::text::kinds::{Kind, kinds_of};
 use crate::text::syntax::{Triple, Word, Worded};
 pub(crate) use coupled::{Emitter, KINDS, SoftBody, SoftKeys, Spring};
@@ -50,7 +51,7 @@ scene! {
     step: Option<Word>,
     pace: Option<f64>,
     method: Option<Word>,
-    substeps: Option<u32>,
+    substeps: Option<Substepping>,
     seed: Option<u64>,
     gravity: Option<Gravity>,
     damping: Option<Damping>,
@@ -208,7 +209,7 @@ pub(crate) struct Body {
     pub color: Option<Triple>,
     pub label: Option<String>,
     pub method: Option<Word>,
-    pub substeps: Option<u32>,
+    pub substeps: Option<Substepping>,
     pub damping_per_s: Option<f64>,
     pub linear_drag_kg_s: Option<f64>,
     pub quadratic_drag_kg_m: Option<f64>,
@@ -245,7 +246,7 @@ pub(crate) struct Grid {
     pub mass_kg: Option<f64>,
     pub color: Option<Triple>,
     pub method: Option<Word>,
-    pub substeps: Option<u32>,
+    pub substeps: Option<Substepping>,
 }
 
 #[derive(Deserialize)]
@@ -259,7 +260,7 @@ pub(crate) struct Cloud {
     pub mass_kg: Option<f64>,
     pub color: Option<Triple>,
     pub method: Option<Word>,
-    pub substeps: Option<u32>,
+    pub substeps: Option<Substepping>,
 }
 
 #[derive(Deserialize)]
@@ -273,7 +274,7 @@ pub(crate) struct Ring {
     pub mass_kg: Option<f64>,
     pub color: Option<Triple>,
     pub method: Option<Word>,
-    pub substeps: Option<u32>,
+    pub substeps: Option<Substepping>,
 }
 
 /// The keys that are common to all entries that make many bodies.
@@ -281,7 +282,7 @@ pub(crate) struct SharedKeys<'a> {
     pub mass_kg: Option<f64>,
     pub color: Option<Triple>,
     pub method: Option<&'a Word>,
-    pub substeps: Option<u32>,
+    pub substeps: Option<Substepping>,
 }
 
 macro_rules! share_keys {
@@ -289,7 +290,7 @@ macro_rules! share_keys {
         $(impl $Entry {
             pub fn shared(&self) -> SharedKeys<'_> {
                 let Self { mass_kg, color, method, substeps, .. } = self;
-                SharedKeys { mass_kg: *mass_kg, color: *color, method: method.as_ref(), substeps: *substeps }
+                SharedKeys { mass_kg: *mass_kg, color: *color, method: method.as_ref(), substeps: substeps.map(Into::into) }
             }
         })*
     };

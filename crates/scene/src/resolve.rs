@@ -185,7 +185,7 @@ fn resolve(
     let step = faults.word(ROOT, "step", raw.step.as_ref(), StepKind::Fixed, &kinds);
     let own = faults.method(ROOT, raw.method.as_ref());
     let method = own.unwrap_or_default();
-    let substeps = faults.substeps(ROOT, raw.substeps).unwrap_or(1);
+    let substeps = faults.substeps(ROOT, raw.substeps).unwrap_or_default();
     let defaults = Defaults {
         method: if raw.method.is_some() { own } else { Some(method) },
         substeps,

@@ -2,6 +2,7 @@
 
 pub(crate) mod coupled;
 pub(crate) mod names;
+pub(crate) mod substepping;
 pub(crate) mod survival;
 
 use std::collections::BTreeMap;
@@ -18,6 +19,7 @@ use pick::Shape;
 
 use crate::scene::coupled::{Declaration, EmitterSpec, SoftBodySpec, SpringSpec};
 use crate::scene::names::Names;
+use crate::scene::substepping::Substepping;
 use crate::scene::survival::SurvivalRow;
 
 /// Version of the scene format that this program reads.
@@ -44,8 +46,8 @@ pub struct Scene {
     pub step: StepKind,
     /// Integration method of every body without its own.
     pub method: Method,
-    /// Substeps per tick of every body without its own number, 1 to 100,000.
-    pub substeps: u32,
+    /// Substeps of every body without its own.
+    pub substeps: Substepping,
     /// The seed of the generators.
     pub seed: u64,
     /// Uniform gravity, if the scene declares it.
@@ -349,8 +351,8 @@ pub struct BodySpec {
     pub checker: bool,
     /// Integration method in place of the scene's.
     pub method: Option<Method>,
-    /// Substeps per tick in place of the scene's, 1 to 100,000.
-    pub substeps: Option<u32>,
+    /// Substeps in place of the scene's.
+    pub substeps: Option<Substepping>,
     /// Decay rate in place of the scene's, 1/s, at least 0.
     pub damping_rate: Option<f64>,
     /// Largest speed, m/s, at least 0.

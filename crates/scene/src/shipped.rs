@@ -51,6 +51,7 @@ pub const fn shipped() -> &'static [ShippedScene] {
         "oscillator", "third_law", "figure_eight", "rope", "bridge", "flag", "cape", "jelly",
         "meadow", "fountain", "sparks", "wall", "everything", "feather", "solar",
         "bungee", "dust_trail", "storm", "shower", "first_law", "galaxies", "resonance", "shaken_cloth",
+        "comets",
     ]
 }
 

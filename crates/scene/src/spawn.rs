@@ -9,6 +9,7 @@ use motion::{
     Spring, StableId, Substeps, Transform, mark_method,
 };
 
+use crate::scene::substepping::Substepping;
 use crate::scene::{BodySpec, RidingWellSpec, Scene};
 
 /// The appearance of a thing besides its shape.
@@ -47,7 +48,7 @@ impl Scene {
     /// Returns the entities of the bodies in the order of the stable id, which each of them carries; scenery, too.
     /// Springs, soft bodies and emitters are entities with a [`FileIndex`] and an [`Appearance`].
     pub fn spawn(&self, world: &mut World) -> Vec<Entity> {
-        world.insert_resource(Substeps(self.substeps));
+        world.insert_resource(Substeps(self.substeps.least()));
         declare(world, self.gravity);
         declare(world, self.damping);
         self.laws.clone().insert_into(world);
@@ -65,6 +66,9 @@ impl Scene {
             world.entity_mut(entities[*id as usize]).insert((body, motion.clone()));
         }
         self.spawn_coupled(world, &entities);
+        if self.substeps.choice().is_some() {
+            self.substeps.put(world);
+        }
         for effect in &self.off_at_start {
             // An effect that was never declared is off anyway.
             let _ = motion::effects::switch(world, *effect, false);
@@ -140,7 +144,7 @@ impl Scene {
     #[must_use]
     pub fn verlet_start(&self, body: &BodySpec) -> Option<(DVec3, LastStep)> {
         let previous = body.verlet_previous?;
-        let h = 1.0 / (self.step_hz * f64::from(body.substeps.unwrap_or(self.substeps)));
+        let h = 1.0 / (self.step_hz * f64::from(body.substeps.unwrap_or(self.substeps).least()));
         let uses_it = body.method.unwrap_or(self.method) == Method::PositionVerlet;
         uses_it.then(|| ((body.position - previous) / h, LastStep(h)))
     }
@@ -153,7 +157,11 @@ impl Scene {
             mark_method(&mut entity, Some(method));
         }
         give(&mut entity, verlet_start.map(|(_, last_step)| last_step));
-        give(&mut entity, body.substeps.map(OwnSubsteps));
+        give(&mut entity, body.substeps.map(|substeps| OwnSubsteps(substeps.least())));
+        give(
+            &mut entity,
+            body.substeps.filter(|_| body.is_movable()).and_then(Substepping::choice),
+        );
         give(&mut entity, body.orientation.map(Orientation));
         give(&mut entity, body.damping_rate.map(DampingRate::new));
         give(&mut entity, body.max_speed.map(SpeedLimit));

@@ -34,7 +34,7 @@ pub enum Topic {
     Size,
     /// The pace of the run.
     Speed,
-    /// Steps that did not converge.
+    /// Steps that did not converge, or whose error is too large.
     Unconverged,
     /// Anything else.
     Other,

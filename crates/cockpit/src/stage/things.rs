@@ -6,8 +6,8 @@ use bevy_ecs::prelude::*;
 use glam::DVec3;
 use history::Simulation;
 use motion::{
-    Dormant, Method, PhysicsBody, PreviousPosition, Push, Quarantined, SoftBody, Transform,
-    each_force,
+    AutoSubsteps, Dormant, Method, OwnSubsteps, PhysicsBody, PreviousPosition, Push, Quarantined,
+    SoftBody, Transform, each_force,
 };
 use scene::FileIndex;
 
@@ -78,6 +78,8 @@ pub(crate) struct Motion {
     pub kinetic_energy: f64,
     /// Method of the thing.
     pub method: Method,
+    /// Substeps of its last tick.
+    pub substeps: u32,
 }
 
 impl Motion {
@@ -88,11 +90,19 @@ impl Motion {
         if let Some(soft) = world.get::<SoftBody>(thing) {
             let own = |point: &Entity| motion::own_method(world.get_entity(*point).ok()?);
             let method = soft.points.iter().find_map(own).unwrap_or(scene_method);
+            let substeps = substeps(simulation, &soft.points);
             let position =
                 center_of_mass(world, soft, |point| Some(world.get::<Transform>(point)?.position))?;
             let (kinetic_energy, sum) = (kinetic_energy(world, soft), together(world, soft));
             let velocity = synchronized_points(world, pushes, thing, sum).velocity;
-            return Some(Self { position, velocity, forced: None, kinetic_energy, method });
+            return Some(Self {
+                position,
+                velocity,
+                forced: None,
+                kinetic_energy,
+                method,
+                substeps,
+            });
         }
         let position = world.get::<Transform>(thing)?.position;
         let mut forces = Vec::new();
@@ -105,8 +115,17 @@ impl Motion {
             forced: Some([force * body.inverse_mass, force]),
             kinetic_energy: body.kinetic_energy(),
             method: motion::own_method(world.entity(thing)).unwrap_or(scene_method),
+            substeps: substeps(simulation, &[thing]),
         })
     }
+}
+
+/// Substeps of the last tick of bodies that are integrated together.
+fn substeps(simulation: &Simulation, bodies: &[Entity]) -> u32 {
+    let world = &simulation.world;
+    let chosen = bodies.iter().find_map(|body| Some(world.get::<AutoSubsteps>(*body)?.last));
+    let own = || bodies.iter().find_map(|body| Some(world.get::<OwnSubsteps>(*body)?.0));
+    chosen.or_else(own).unwrap_or_else(|| simulation.substeps().least())
 }
 
 impl Stage {

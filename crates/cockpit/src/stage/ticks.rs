@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use history::{Change, Simulation};
 use motion::ledger::Ledger;
 use motion::{BodyOscillator, Push, TimeStep, Transform, remember_positions};
-use scene::StepKind;
+use scene::{StepKind, Substepping};
 
 use crate::clock::FrameTime;
 use crate::stage::forces::between_steps;
@@ -116,6 +116,12 @@ impl Stage {
         let unconverged = self.sim.evaluations().unconverged_steps();
         if self.here.unconverged_before.take_if(|before| unconverged > *before).is_some() {
             let what = "an implicit step did not converge; a higher step rate may help";
+            self.notices.say(Topic::Unconverged, what);
+        }
+        if !self.here.told_of_excess
+            && let Some(what) = Substepping::excess(&self.sim.world)
+        {
+            self.here.told_of_excess = true;
             self.notices.say(Topic::Unconverged, what);
         }
         self.meet_fault();

@@ -20,7 +20,7 @@ pub(crate) type Group = (&'static str, &'static [(&'static str, &'static [u8])])
 /// The groups. Scenes that are in no group are listed under the last one.
 pub(crate) const GROUPS: &[Group] = groups! {
     "The tutorial": "tutorial" "tutorial_large" "frame_step" "empty";
-    "Methods": "orbits_race" "orbit" "solar" "figure_eight" "oscillator" "ship" "ship_between" "verlet_start";
+    "Methods": "orbits_race" "orbit" "solar" "figure_eight" "comets" "oscillator" "ship" "ship_between" "verlet_start";
     "Forces": "projectile" "coast" "terminal_speed" "feather" "first_law" "third_law" "wall" "everything";
     "Springs and soft bodies": "rope" "bridge" "resonance" "flag" "bungee" "cape" "jelly" "meadow" "shaken_cloth";
     "Particles": "thousand" "fountain" "sparks" "dust_trail" "galaxies" "storm" "shower";

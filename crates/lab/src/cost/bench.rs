@@ -126,7 +126,7 @@ impl Bench {
             },
             position_scale_m: 1.0,
             velocity_scale_m_s: 1.0,
-            cells: plan.settings(rungs).into_iter().map(Cell::not_run).collect(),
+            cells: plan.settings(&subject, rungs).into_iter().map(Cell::not_run).collect(),
             timed_bodies: None,
             tick_times: Vec::new(),
             drifts: Vec::new(),
@@ -209,7 +209,9 @@ impl Bench {
         match self.subject.exact() {
             Some((exact, _)) => self.set_scales(Target::scales(&self.subject, exact)),
             None => {
-                self.jobs.waiting.push_back(Job::Reference(self.plan.reference(rungs).substeps));
+                self.jobs
+                    .waiting
+                    .push_back(Job::Reference(self.plan.reference(rungs).substeps.least()));
             }
         }
         let batches = self.plan.batches(&self.subject, rungs);
@@ -239,7 +241,7 @@ impl Bench {
     fn drifts(&self, rungs: &[u32]) -> impl Iterator<Item = Setting> + use<> {
         let own = self.subject.own();
         let middle = rungs[rungs.len() / 2];
-        let substeps = if self.subject.problem.is_some() { middle } else { own.substeps };
+        let substeps = if self.subject.problem.is_some() { middle.into() } else { own.substeps };
         let solves = |method: &Method| self.subject.refusal(*method).is_none();
         let methods: Vec<_> = self.plan.methods.iter().copied().filter(solves).collect();
         methods.into_iter().map(move |method| Setting { method, substeps })
@@ -283,7 +285,7 @@ impl Bench {
 
     /// The start of a reference with this number of substeps.
     fn reference_of(&self, substeps: u32) -> Result<Box<dyn Runner>, Failure> {
-        let setting = Setting { method: REFERENCE_METHOD, substeps };
+        let setting = Setting { method: REFERENCE_METHOD, substeps: substeps.into() };
         // Not `self.make`: the truth is a run of the program itself.
         make(&self.subject.continuous().0, setting, Host::World)
     }
@@ -442,7 +444,8 @@ impl Bench {
 
     /// The numbers of substeps of the cells, ascending.
     fn rungs(&self) -> Vec<u32> {
-        let mut rungs: Vec<_> = self.study.cells.iter().map(|cell| cell.setting.substeps).collect();
+        let cells = self.study.cells.iter();
+        let mut rungs: Vec<_> = cells.filter_map(|cell| cell.setting.substeps.fixed()).collect();
         rungs.dedup();
         rungs
     }
@@ -469,8 +472,7 @@ impl Bench {
     /// Approximate work of a job, in evaluations.
     fn weight(&self, job: Job) -> f64 {
         let ticks = self.subject.ticks as f64;
-        let finest = self.study.cells.last().map(|cell| cell.setting.substeps);
-        let reference = || work(self.plan.reference(finest.as_slice()));
+        let reference = || work(self.plan.reference(&self.rungs()));
         match job {
             Job::Price => 0.0,
             Job::Reference(_) => 1.5 * reference() * ticks,

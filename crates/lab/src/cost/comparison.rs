@@ -1,6 +1,7 @@
 //! Comparisons of the methods of a study: at equal evaluations, and by the order that they show.
 
 use motion::Method;
+use scene::Substepping;
 
 use super::front::{Accuracy, Cost};
 use super::record::{Cell, Failure, Outcome, Phase, Setting, Study};
@@ -65,7 +66,7 @@ pub struct FailedRuns<'a> {
     /// The method.
     pub method: Method,
     /// The substeps of each run, and why it failed.
-    pub runs: Vec<(u32, &'a Failure)>,
+    pub runs: Vec<(Substepping, &'a Failure)>,
 }
 
 impl Phase {
@@ -185,7 +186,7 @@ impl Study {
         let methods = self.methods();
         let method = methods.into_iter().find(telling)?;
         let cell = self.curve(method).filter(|cell| cell.errors().is_some()).last()?;
-        let steps = self.step_hz * f64::from(cell.setting.substeps);
+        let steps = self.step_hz * self.steps(cell);
         let a_step = self.cost(cell, Cost::Evaluations)? / steps;
         let claims = method.claims();
         Some(a_step > 0.5 * f64::from(claims.evaluations + claims.evaluations_with_velocity_laws))

@@ -36,7 +36,25 @@ impl Cost {
 impl Study {
     /// Length of a substep of that setting, s.
     pub fn step_s(&self, setting: Setting) -> f64 {
-        1.0 / (self.step_hz * f64::from(setting.substeps))
+        1.0 / (self.step_hz * f64::from(setting.substeps.least()))
+    }
+
+    /// Steps per tick of a cell; where they are chosen, as many as have its evaluations.
+    pub fn steps(&self, cell: &Cell) -> f64 {
+        let Setting { method, substeps } = cell.setting;
+        let evaluations = |cell: &Cell| (cell.counts.accelerations + cell.counts.solver) as f64;
+        let number = |cell: &Cell| Some(f64::from(cell.setting.substeps.fixed()?));
+        let a_step = || {
+            let cell = self.curve(method).find(|cell| cell.errors().is_some())?;
+            Some(evaluations(cell) / number(cell)?)
+        };
+        let chosen = || a_step().map(|a_step| evaluations(cell) / a_step);
+        number(cell).or_else(chosen).unwrap_or_else(|| f64::from(substeps.least()))
+    }
+
+    /// Mean length of a step of a cell, s.
+    pub fn mean_step_s(&self, cell: &Cell) -> f64 {
+        1.0 / (self.step_hz * self.steps(cell))
     }
 
     /// The error of a cell, unless it failed.
@@ -52,8 +70,7 @@ impl Study {
     /// The cost of a cell, failed or not; `None` if it was not measured.
     pub fn cost(&self, cell: &Cell, cost: Cost) -> Option<f64> {
         let bodies = self.bodies.max(1) as f64;
-        let per_second =
-            |time: Time| time.ns_per_body_step * self.step_hz * f64::from(cell.setting.substeps);
+        let per_second = |time: Time| time.ns_per_body_step * self.step_hz * self.steps(cell);
         match cost {
             Cost::Evaluations => {
                 let evaluations = (cell.counts.accelerations + cell.counts.solver) as f64;
@@ -65,14 +82,21 @@ impl Study {
         }
     }
 
-    /// The cells of `method`, in the order of their substeps.
+    /// The cells of `method` in fixed numbers of substeps, ascending.
     pub fn curve(&self, method: Method) -> impl Iterator<Item = &Cell> {
-        self.cells.iter().filter(move |cell| cell.setting.method == method)
+        let is_fixed = |cell: &&Cell| cell.setting.substeps.fixed().is_some();
+        self.cells.iter().filter(is_fixed).filter(move |cell| cell.setting.method == method)
+    }
+
+    /// The cells of `method` that choose their substeps, by the error that they choose for, descending.
+    pub fn chosen(&self, method: Method) -> impl Iterator<Item = &Cell> {
+        let chooses = |cell: &&Cell| cell.setting.substeps.fixed().is_none();
+        self.cells.iter().filter(chooses).filter(move |cell| cell.setting.method == method)
     }
 
     /// The noise floor of a cell: larger errors are above round-off and above the error of the reference.
     pub fn trusted(&self, cell: &Cell, accuracy: Accuracy) -> f64 {
-        let steps = self.ticks as f64 * f64::from(cell.setting.substeps);
+        let steps = self.ticks as f64 * self.steps(cell);
         let (relative, position_m) = self.truth.own_error();
         let (scale, own) = match accuracy {
             Accuracy::Relative => (1.0, relative),

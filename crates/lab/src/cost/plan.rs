@@ -4,11 +4,12 @@ use std::ops::Range;
 
 use history::{REFERENCE_METHOD, Simulation};
 use motion::Method;
-use scene::Keeps;
+use scene::{Keeps, Substepping};
 
 use super::record::Setting;
 use super::subject::Subject;
 use crate::clock::Clock;
+use crate::run::{decade, size};
 
 /// Least work of a batch of runs, as a multiple of the work of their reference: each batch runs the reference again,
 /// which adds a third at most.
@@ -29,6 +30,9 @@ const RUNGS_KEPT_BEFORE_SHORTENING: usize = 5;
 /// A run of fewer ticks is not shortened to save time.
 const LEAST_TICKS_TO_SHORTEN: u64 = 64;
 
+/// Errors of a tick of plans that are short of time.
+const FEW_ERRORS: [i32; 3] = [4, 6, 8];
+
 /// Why a run was made shorter.
 const WHY_SHORTENED: &str = "more would have taken too long for this plan";
 
@@ -39,6 +43,9 @@ pub struct Plan {
     pub methods: Vec<Method>,
     /// The numbers of substeps to try (the *rungs* of a ladder), ascending; those outside the subject's own range are skipped.
     pub rungs: Vec<u32>,
+    /// The errors of a tick to try where substeps are chosen: decades below the size of the subject, ascending. Up to as many
+    /// substeps are chosen as the reference has.
+    pub errors: Vec<i32>,
     /// How much finer than the finest rung the reference is, at least 2.
     pub finer: u32,
     /// Number of bodies, at least 1, at which methods are ranked by time, rounded up to whole copies of a problem side by
@@ -62,6 +69,7 @@ impl Plan {
         Self {
             methods: Method::ALL.to_vec(),
             rungs: half_octaves(1, 8192),
+            errors: (4..=8).collect(),
             finer: 4,
             bodies: 1000,
             passes: 9,
@@ -77,6 +85,7 @@ impl Plan {
         let share = 1.0 / subjects.max(1) as f64;
         Self {
             rungs: octaves(1, 8192),
+            errors: FEW_ERRORS.to_vec(),
             passes: 5,
             timed: 0.01 * share.max(0.2),
             longer: 4,
@@ -90,6 +99,7 @@ impl Plan {
     pub fn live() -> Self {
         Self {
             rungs: octaves(1, 16),
+            errors: FEW_ERRORS.to_vec(),
             passes: 5,
             timed: 0.005,
             longer: 0,
@@ -104,7 +114,7 @@ impl Plan {
     pub(crate) fn rungs_of(&self, subject: &Subject) -> Vec<u32> {
         let (coarsest, finest) = subject.problem.map_or((1, 64), |problem| problem.ladder);
         let fits = |rung: &u32| (coarsest..=finest).contains(rung);
-        let own = subject.problem.is_none().then_some(subject.own().substeps);
+        let own = subject.own().substeps.fixed().filter(|_| subject.problem.is_none());
         let mut rungs: Vec<_> = self.rungs.iter().copied().filter(fits).chain(own).collect();
         rungs.sort_unstable();
         rungs.dedup();
@@ -145,14 +155,14 @@ impl Plan {
         let reference = work(self.reference(rungs));
         // One run of the reference and one of half its substeps for its own error, then one per batch.
         let references = if subject.exact().is_some() { 0.0 } else { (1.5 + batches) * reference };
-        self.settings(rungs).into_iter().map(work).sum::<f64>() + references
+        self.settings(subject, rungs).into_iter().map(work).sum::<f64>() + references
     }
 
     /// The reference for these rungs.
     pub(crate) fn reference(&self, rungs: &[u32]) -> Setting {
         let finest = rungs.last().copied().unwrap_or(1);
         let substeps = finest.saturating_mul(self.finer.max(2));
-        Setting { method: REFERENCE_METHOD, substeps }
+        Setting { method: REFERENCE_METHOD, substeps: substeps.into() }
     }
 
     /// Ranges of the settings that are compared with the truth side by side; with a closed form, each setting alone.
@@ -164,7 +174,7 @@ impl Plan {
             .unwrap_or(usize::MAX);
         let most = if subject.exact().is_some() { 1 } else { most.max(1) };
         let (mut batches, mut first, mut sum) = (Vec::new(), 0, 0.0);
-        let works: Vec<_> = self.settings(rungs).into_iter().map(work).collect();
+        let works: Vec<_> = self.settings(subject, rungs).into_iter().map(work).collect();
         for (at, work) in works.iter().enumerate() {
             sum += work;
             if sum >= enough || at + 1 - first >= most || at + 1 == works.len() {
@@ -187,10 +197,16 @@ impl Plan {
     }
 
     /// Every setting, coarse ones first.
-    pub(crate) fn settings(&self, rungs: &[u32]) -> Vec<Setting> {
-        let of_rung =
+    pub(crate) fn settings(&self, subject: &Subject, rungs: &[u32]) -> Vec<Setting> {
+        let most = self.reference(rungs).substeps.least();
+        let size = size(&subject.scene, subject.seconds());
+        let chosen = |below: &i32| Substepping::auto(decade(size - below)).up_to(most);
+        let own = Some(subject.own().substeps).filter(|own| own.fixed().is_none());
+        let divisions = rungs.iter().copied().map(Substepping::Fixed);
+        let divisions = divisions.chain(own).chain(self.errors.iter().map(chosen));
+        let of_all =
             |substeps| self.methods.iter().map(move |&method| Setting { method, substeps });
-        rungs.iter().copied().flat_map(of_rung).collect()
+        divisions.flat_map(of_all).collect()
     }
 }
 
@@ -200,7 +216,9 @@ impl Plan {
 /// they decide what is refused.
 pub(crate) fn work(Setting { method, substeps }: Setting) -> f64 {
     let solves = if method == Method::ImplicitEuler { 10.0 } else { 1.0 };
-    f64::from(method.claims().evaluations_with_velocity_laws) * f64::from(substeps) * solves
+    // Most ticks need few of the substeps that could be chosen.
+    let steps = substeps.choice().map_or(substeps.least(), |choice| choice.most / 4);
+    f64::from(method.claims().evaluations_with_velocity_laws) * f64::from(steps) * solves
 }
 
 /// Thread CPU time after which the price of an evaluation is known well enough, s.
@@ -222,7 +240,7 @@ pub(crate) struct Probe {
 impl Probe {
     /// A run of `subject` with that number of substeps.
     pub fn new(subject: &Subject, substeps: u32) -> Self {
-        let probe = Setting { method: REFERENCE_METHOD, substeps };
+        let probe = Setting { method: REFERENCE_METHOD, substeps: substeps.into() };
         // With a closed form, runs are compared after every step: `by_steps` makes each step a tick.
         let (run, setting) = if subject.exact().is_some() {
             let (by_steps, step) = subject.by_steps(probe);

@@ -3,6 +3,7 @@
 use std::cmp::Ordering;
 
 use motion::Method;
+use scene::Substepping;
 
 use super::record::{Cell, Host, Setting, Study, TickTime, Time, TimedTick};
 
@@ -126,7 +127,7 @@ impl Study {
     /// Bodies times steps of the tick that methods are ranked at: one step of [`Self::size`] bodies, or the scene's own
     /// tick.
     fn ranked_at(&self) -> f64 {
-        let steps = if self.timed_bodies.is_some() { 1 } else { self.own.substeps };
+        let steps = if self.timed_bodies.is_some() { 1 } else { self.own.substeps.least() };
         self.size() as f64 * f64::from(steps)
     }
 
@@ -229,12 +230,11 @@ impl Study {
     /// their evaluations, because the iterations of a solver depend on the step. 1 without a solver.
     fn solver_share(&self, cell: &Cell, substeps: u32) -> f64 {
         let per_step = |cell: &Cell| {
-            (cell.counts.accelerations + cell.counts.solver) as f64
-                / f64::from(cell.setting.substeps)
+            (cell.counts.accelerations + cell.counts.solver) as f64 / self.steps(cell)
         };
-        let timed = self
-            .curve(cell.setting.method)
-            .find(|cell| cell.setting.substeps == substeps && cell.counts.solver > 0);
+        let timed = self.curve(cell.setting.method).find(|cell| {
+            cell.setting.substeps == Substepping::Fixed(substeps) && cell.counts.solver > 0
+        });
         timed.map_or(1.0, |timed| per_step(cell) / per_step(timed))
     }
 
@@ -243,7 +243,7 @@ impl Study {
         let bodies = self.size() as f64;
         let timed = |cell: &Cell| {
             let Time { ns_per_body_step, quartiles, yardsticks, .. } = cell.time_in(host)?;
-            let body_steps = bodies * f64::from(cell.setting.substeps);
+            let body_steps = bodies * self.steps(cell);
             let tick = TimedTick { body_steps, ns: ns_per_body_step * body_steps, quartiles };
             Some((tick, ns_per_body_step / yardsticks))
         };

@@ -58,7 +58,7 @@ pub(crate) fn rates(subject: &Subject) -> Vec<RateRow> {
     };
     let mut rows = Vec::new();
     for model in models(subject) {
-        let fine = Setting { method: Method::RungeKutta4, substeps: FINER };
+        let fine = Setting { method: Method::RungeKutta4, substeps: FINER.into() };
         let exact = model.map(|_| DampingModel::Exact);
         let fine_end = pushed(exact, fine, subject.scene.step_hz, "impulse");
         for frame_hz in RATES {

@@ -4,7 +4,7 @@ use history::Simulation;
 use motion::effects::Effect;
 use motion::margin::{Margin, Margins};
 use motion::{Law, Laws, Method};
-use scene::{Scene, SceneError, unsolvable};
+use scene::{Scene, SceneError, Substepping, unsolvable};
 
 use super::arithmetic::MakeLoop;
 use super::problem::{Exact, Problem};
@@ -147,12 +147,15 @@ impl Subject {
         subject
     }
 
-    /// The same run in shorter ticks, each a step of `setting`.
+    /// The same run in shorter ticks, each a step of `setting`, unless these are chosen.
     pub(crate) fn by_steps(&self, setting: Setting) -> (Self, Setting) {
         let mut subject = self.clone();
-        subject.scene.step_hz *= f64::from(setting.substeps);
-        subject.ticks *= u64::from(setting.substeps);
-        (subject, Setting { substeps: 1, ..setting })
+        if setting.substeps.fixed().is_none() {
+            return (subject, setting);
+        }
+        subject.scene.step_hz *= f64::from(setting.substeps.least());
+        subject.ticks *= u64::from(setting.substeps.least());
+        (subject, Setting { substeps: Substepping::Fixed(1), ..setting })
     }
 
     /// Its name on the command line.

@@ -1,5 +1,7 @@
 //! The timings of a study, pass by pass: of the cells of a scene, or of copies of a problem at several sizes.
 
+use scene::Substepping;
+
 use super::blocks::{Trial, Yardstick};
 use super::hosts::Make;
 use super::plan::Plan;
@@ -41,7 +43,7 @@ impl Timings {
             for (cell, Setting { substeps, .. }) in
                 study.cells.iter().map(|cell| cell.setting).enumerate()
             {
-                if problem && substeps != middle {
+                if problem && substeps != Substepping::Fixed(middle) {
                     continue;
                 }
                 let alone = subject.in_loop().map(|_| Host::Arithmetic);
@@ -104,8 +106,16 @@ impl Timings {
             return;
         }
         let many = self.many.take().filter(|(count, _)| *count == copies);
-        let (_, many) = many.unwrap_or_else(|| (copies, subject.copies(copies, setting.substeps)));
-        self.time(at, &many, Setting { substeps: 1, ..setting }, plan, make, clock);
+        let (_, many) =
+            many.unwrap_or_else(|| (copies, subject.copies(copies, setting.substeps.least())));
+        self.time(
+            at,
+            &many,
+            Setting { substeps: Substepping::Fixed(1), ..setting },
+            plan,
+            make,
+            clock,
+        );
         self.many = Some((copies, many));
     }
 
@@ -145,7 +155,7 @@ impl Timings {
         let Timing { cell, host, trial, .. } = &self.list[at];
         let Some(tick) = trial.tick() else { return };
         let setting = study.cells[*cell].setting;
-        let steps = study.bodies.max(1) as f64 * f64::from(setting.substeps);
+        let steps = study.bodies.max(1) as f64 * study.steps(&study.cells[*cell]);
         let time = Time {
             ns_per_body_step: tick * 1e9 / steps,
             real_time_factor: 1.0 / (study.step_hz * tick),
@@ -170,7 +180,7 @@ impl Timings {
             match found.iter_mut().find(|of| of.is_of(setting, *host)) {
                 Some(of) => of.points.push(point),
                 None => found.push(TickTime {
-                    substeps: Some(setting.substeps),
+                    substeps: Some(setting.substeps.least()),
                     yardstick_ns: 1e9 * self.yardstick.seconds(),
                     ..TickTime::unfitted(setting, *host, vec![point])
                 }),

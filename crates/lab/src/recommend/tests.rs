@@ -18,7 +18,7 @@ fn study(own_error: f64, points: &[(f64, f64)]) -> Study {
         };
         let failed = Outcome::Failed(Failure::BlewUp);
         let method = Method::ALL[i % Method::ALL.len()];
-        let setting = Setting { method, substeps: 1 + i as u32 };
+        let setting = Setting { method, substeps: (1 + i as u32).into() };
         Cell {
             outcome: if error.is_nan() { failed } else { Outcome::Finished(errors) },
             counts: Counts { accelerations: 1000 * (1 + i as u64), solver: 200 },
@@ -47,7 +47,7 @@ fn study(own_error: f64, points: &[(f64, f64)]) -> Study {
         simulated_s: 2.0,
         bodies: 2,
         period_s: None,
-        own: Setting { method: Method::SemiImplicitEuler, substeps: 1 },
+        own: Setting { method: Method::SemiImplicitEuler, substeps: 1.into() },
         truth: reference,
         position_scale_m: 1.0,
         velocity_scale_m_s: 1.0,
@@ -83,7 +83,7 @@ fn each_part_gets_the_cheapest_point_below_the_error_and_the_dear_one_sets_the_p
     let found = recommend(&[("cloth", &stiff), ("free bodies", &free)], Goal::Error(1e-3)).unwrap();
     let rows: Vec<_> =
         found.rows.iter().map(|row| (row.part.as_str(), row.pick.setting.substeps)).collect();
-    assert_eq!(rows, [("cloth", 2), ("free bodies", 1)]);
+    assert_eq!(rows, [("cloth", 2.into()), ("free bodies", 1.into())]);
     assert!(near(found.total, 4.5) && near(found.rows[0].share, 4.0 / 4.5), "{found:?}");
     assert_eq!((found.unit, found.dearest, found.limiting), (Unit::Milliseconds, 0, 0));
     assert_eq!((found.rows[0].pick.error_m, found.rows[0].bodies), (1e-4, 2));
@@ -96,7 +96,7 @@ fn each_part_gets_the_cheapest_point_below_the_error_and_the_dear_one_sets_the_p
     assert!(near(next.total, 16.5) && next.error_m == 1e-4 / 10.0, "{next:?}");
     assert_eq!(
         next.picks.iter().map(|(i, point)| (*i, point.setting.substeps)).collect::<Vec<_>>(),
-        [(0, 5)]
+        [(0, 5.into())]
     );
     let found = recommend(&[("cloth", &stiff)], Goal::Error(1e-6)).unwrap();
     assert_eq!(found.next, None, "nothing was measured at 1e-7 m");
@@ -142,7 +142,7 @@ fn errors_below_the_references_own_buy_nothing() {
     // The second and the third error differ by less than the reference's own error.
     let part = study(1e-5, &[(1e-2, 1.0), (1e-6, 2.0), (1e-8, 3.0)]);
     let found = recommend(&[("rope", &part)], Goal::Budget(10.0)).unwrap();
-    assert_eq!(found.rows[0].pick.setting.substeps, 2);
+    assert_eq!(found.rows[0].pick.setting.substeps, 2.into());
     assert_eq!((found.next, found.rows[0].reference_error_m), (None, 1e-5));
 }
 

@@ -121,8 +121,11 @@ impl StabilityRun {
     /// Approximate evaluations of a job.
     fn weight(&self, job: Job) -> f64 {
         let row = &self.rows[job.row].1;
-        let substeps =
-            if job.kind == JobKind::Reference { row.reference_substeps } else { row.substeps };
+        let substeps = if job.kind == JobKind::Reference {
+            row.reference_substeps
+        } else {
+            row.substeps.least()
+        };
         row.ticks as f64 * f64::from(substeps) * f64::from(job.method.claims().evaluations)
     }
 

@@ -22,7 +22,7 @@ impl TargetRun {
     /// The fine run of a row.
     pub fn reference(scene: &Scene, row: &SurvivalRow) -> Self {
         let mut fine = row.scene(scene).damped_by_law();
-        (fine.method, fine.substeps) = (REFERENCE_METHOD, row.reference_substeps);
+        (fine.method, fine.substeps) = (REFERENCE_METHOD, row.reference_substeps.into());
         Self::new(&fine, row)
     }
 

@@ -171,7 +171,7 @@ struct Truth {
 impl Truth {
     fn of(simulation: &Simulation) -> Self {
         let substeps = reference_substeps(&simulation.scene);
-        let finer = [substeps.saturating_mul(2), substeps];
+        let finer = [substeps.finer(2), substeps];
         // In the reference, damping per tick is replaced by the law that it approximates.
         Self { twins: finer.map(|substeps| Twin::finer(simulation, 1, substeps)), errors: [0.0; 2] }
     }

@@ -4,6 +4,7 @@ use history::Simulation;
 
 use super::truth::{Body, Cast, Look, Most, Truth, Window};
 use super::{Excess, Settled, THROWN};
+use crate::run::movable;
 
 /// Least ticks by which the truth is ahead of the run.
 const LEAST_LEAD: u64 = 2;
@@ -56,6 +57,14 @@ impl Run {
             peaks: [0.0; 2],
             swing: 0.0,
         }
+    }
+
+    /// Steps per tick, by the evaluations.
+    pub fn steps(&self) -> f64 {
+        let claims = self.simulation.method().claims();
+        let bodies = movable(&self.simulation.scene).count() as u64 * self.ticks;
+        let steps = bodies * u64::from(claims.evaluations);
+        self.simulation.evaluations().accelerations() as f64 / steps.max(1) as f64
     }
 
     /// Simulates a tick, and returns the largest excess in it, if a body is thrown out. `settling` is whether the tick is within the

@@ -9,7 +9,7 @@ use super::judge::{Run, judged, lead};
 use super::search::Search;
 use super::truth::{Cast, Truth};
 use super::{Ahead, Excess, Settled, Tried, Verdict, Waiting};
-use crate::run::movable;
+use crate::run::{decade, movable, size};
 
 /// Turns of the slowest bond that a trial looks ahead.
 const TURNS: f64 = 100.0;
@@ -36,6 +36,9 @@ const CURES: f64 = 2.0;
 /// How many times finer the truth becomes where its runs part, and how often.
 const FINER: u32 = 4;
 const ATTEMPTS: u32 = 3;
+
+/// Error of a tick for which substeps are chosen as a cure: so many decades below the size of the part.
+const CHOSEN: i32 = 6;
 
 /// Work of a tick beside that of its evaluations.
 const WORK_OF_TICK: f64 = 300.0;
@@ -256,7 +259,7 @@ impl Piece {
         let times = [1, 2];
         if let Some(times) = times.get(finer.len()) {
             let substeps = (self.steps * times).div_ceil(ticks(*times));
-            let twin = Twin::finer(&start.base, ticks(*times), substeps);
+            let twin = Twin::finer(&start.base, ticks(*times), substeps.into());
             finer.push(twin.into_simulation());
             return Phase::Make(start, finer);
         }
@@ -385,7 +388,11 @@ impl Piece {
             let end = if is_fault { self.end } else { run.held };
             self.tried.seconds = seconds(end);
             if is_fault && !self.verdict_alone {
-                *search = Some(Search::new(self.tried.method, self.tried.substeps));
+                *search = Some(Search::new(
+                    self.tried.method,
+                    self.tried.substeps,
+                    decade(size(&self.part.scene, self.tried.seconds) - CHOSEN),
+                ));
             } else {
                 self.tried.is_done = true;
                 if (self.end < LEAST_TICKS || end == 0) && !is_fault {
@@ -437,6 +444,7 @@ impl Piece {
         if self.cure_work > CURES * self.truth_work {
             search.give_up();
         }
+        let steps = search.steps();
         let Some(run) = &mut search.run else {
             let attracts = base.world.contains_resource::<MutualGravity>();
             let mut made = 0;
@@ -458,6 +466,7 @@ impl Piece {
             }
             return WORK_OF_TICK + WORK_OF_BODY * made as f64;
         };
+        let work = steps * self.work_of_step;
         let is_thrown = run.tick(&self.cast, truth, run.ticks >= self.from, false).is_some();
         if is_thrown || run.ticks >= self.end {
             let ends = [truth.parted_from, truth.unresolved_from].into_iter().flatten();
@@ -465,7 +474,6 @@ impl Piece {
             let holds = !is_thrown && run.settled(&self.cast, truth).is_none() && run.held >= known;
             search.answer(holds);
         }
-        let work = f64::from(search.substeps()) * self.work_of_step;
         self.cure_work += work;
         WORK_OF_TICK + work
     }

@@ -23,7 +23,7 @@ use crate::methods::markers::own_method;
 use crate::methods::table::Method;
 use crate::state::archetypes::may_exist;
 use crate::state::clock::TimeStep;
-use crate::state::substeps::{OwnSubsteps, Substeps};
+use crate::state::substeps::{AutoSubsteps, OwnSubsteps, Substeps};
 use crate::tick::columns::NO_STEPPER;
 use crate::units::Scalar;
 
@@ -61,11 +61,13 @@ impl LimitingPart {
 }
 
 /// The changes that would make an unstable part stable.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub struct Cure {
     /// Smallest stable number of substeps of the same method, if there is one up to [`Substeps::MOST`].
     pub substeps: Option<u32>,
+    /// An error of a tick, m, for which substeps can be chosen, if that was tried and takes less than half of that number.
+    pub error: Option<Scalar>,
     /// A method that is stable at the same step: the first of the table whose order is not lower, or else implicit
     /// Euler.
     pub method: Option<Method>,
@@ -81,7 +83,7 @@ pub struct Margin {
     pub bodies: usize,
     /// Method of the bodies.
     pub method: Method,
-    /// Substeps per tick.
+    /// Substeps per tick; the most of bodies that choose.
     pub substeps: u32,
     /// w h of springs and attraction, or c h of damping, of the fastest mode for a step of h seconds. For springs this is a lower
     /// bound: a mode that is predicted to grow does grow.
@@ -310,10 +312,12 @@ impl MarginsInParts {
     ) {
         // The others get the method and substeps of the first.
         let first = bodies.first().and_then(|body| world.get_entity(*body).ok());
-        let substeps = first.and_then(|body| body.get::<OwnSubsteps>());
+        let own = first.and_then(|body| Some(body.get::<OwnSubsteps>()?.0.max(1)));
+        // What grows makes a group choose more.
+        let most = first.and_then(|body| Some(body.get::<AutoSubsteps>()?.most));
         let stepping = Stepping {
             method: first.and_then(own_method).unwrap_or(scenes.method),
-            substeps: substeps.map_or(scenes.substeps, |substeps| substeps.0.max(1)),
+            substeps: most.or(own).unwrap_or(scenes.substeps),
             ..scenes
         };
         let Margins { list, springs } = &mut self.margins;

@@ -90,9 +90,11 @@ impl AutoSubsteps {
     }
 
     /// Whether every number is in its range.
-    pub(crate) fn is_valid(&self) -> bool {
+    #[must_use]
+    pub fn is_valid(&self) -> bool {
         let Self { error, least, most, last, .. } = *self;
         error > 0.0
+            && error.is_finite()
             && [least, most, last].iter().all(|number| number.is_power_of_two())
             && 2 <= least
             && (least..=most).contains(&last)
@@ -122,7 +124,7 @@ fn auto_substeps_inserted(world: DeferredWorld, context: HookContext) {
     if let Some(auto) = world.get::<AutoSubsteps>(context.entity) {
         assert!(
             auto.is_valid(),
-            "substeps cannot be chosen by {auto:?}: give an error above 0 and powers of two from 2 to {}",
+            "substeps cannot be chosen by {auto:?}: give a finite error above 0 and powers of two from 2 to {}",
             Substeps::MOST
         );
     }

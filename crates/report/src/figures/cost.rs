@@ -35,8 +35,12 @@ pub(super) fn figure(study: &Study, accuracy: Accuracy, cost: Cost) -> Drawing {
     let mut failed = false;
     for method in study.methods() {
         let words = |cell: &Cell| tooltip(study, cell, accuracy, cost);
-        failed |= draw(&mut chart, study, method, accuracy, placed, words);
+        failed |= draw(&mut chart, study, study.curve(method), accuracy, placed, words);
+        failed |= draw(&mut chart, study, study.chosen(method), accuracy, placed, words);
         chart.legend_method(method, method.claims().title);
+    }
+    if study.methods().into_iter().any(|method| study.chosen(method).any(Cell::is_run)) {
+        chart.legend_note("dashed: substeps are chosen");
     }
     chart.legend_gap();
     chart.legend_front("front: none cheaper and better");
@@ -67,7 +71,7 @@ pub(super) fn figure(study: &Study, accuracy: Accuracy, cost: Cost) -> Drawing {
 
 /// A short name of a setting, as "VV x4".
 fn short(cell: &Cell) -> String {
-    format!("{} x{}", ink(cell.setting.method).short, cell.setting.substeps)
+    format!("{} {}", ink(cell.setting.method).short, words::times(cell.setting.substeps))
 }
 
 const fn title(cost: Cost) -> &'static str {

@@ -1,7 +1,6 @@
 //! What figures of errors share: their cells, their axis of errors, and the words at their points.
 
 use lab::cost::{Accuracy, Cell, Cost, Study};
-use motion::Method;
 
 use crate::chart::{Axis, Chart};
 use crate::numbers::{duration, length, number, power, share};
@@ -36,9 +35,9 @@ pub(super) fn tooltip(study: &Study, cell: &Cell, accuracy: Accuracy, cost: Cost
     let price = study
         .cost(cell, cost)
         .map_or_else(String::new, |price| format!(", {}", cost_words(cost, price)));
-    let step = duration(1e9 * study.step_s(cell.setting), 3);
+    let step = duration(1e9 * study.mean_step_s(cell), 3);
     let title = cell.setting.method.claims().title;
-    format!("{title} x {} (steps of {step}): {error}{price}", cell.setting.substeps)
+    format!("{title} x {:#} (steps of {step}): {error}{price}", cell.setting.substeps)
 }
 
 /// `floor` if the errors come near it; one far below would squeeze the curves.
@@ -70,27 +69,30 @@ pub(super) fn error_axis<'a>(
     Axis::logarithmic(title, errors.into_iter().flatten().chain(floor), label).with_room(room)
 }
 
-/// Draws a curve; `place` gives the x of a cell, `words` its tooltip. Returns whether any run of it failed.
-pub(super) fn draw(
+/// Draws a curve of cells of a method, dashed where they choose their substeps; `place` gives the x of a cell, `words` its tooltip.
+/// Returns whether any run of it failed.
+pub(super) fn draw<'a>(
     chart: &mut Chart,
     study: &Study,
-    method: Method,
+    cells: impl Iterator<Item = &'a Cell>,
     accuracy: Accuracy,
     place: impl Fn(&Cell) -> Option<f64>,
     words: impl Fn(&Cell) -> String,
 ) -> bool {
-    let cells = study.curve(method).filter(|cell| cell.is_run());
+    let cells = cells.filter(|cell| cell.is_run());
     let points: Vec<_> =
         cells.filter_map(|cell| Some((cell, place(cell)?, study.error(cell, accuracy)))).collect();
     // A line does not pass over a failure.
     for part in points.split(|(.., error)| error.is_none()).filter(|part| part.len() > 1) {
         let line: Vec<_> = part.iter().filter_map(|(_, x, error)| Some((*x, (*error)?))).collect();
-        chart.curve(method, &line);
+        let is_fixed = part[0].0.setting.substeps.fixed().is_some();
+        let dash: &[f64] = if is_fixed { &[] } else { &[5.0, 4.0] };
+        chart.curve(part[0].0.setting.method, dash, &line);
     }
     for (cell, x, error) in &points {
         match error {
-            Some(error) => chart.point(method, *x, *error, &words(cell)),
-            None => chart.failure(method, *x, &words(cell)),
+            Some(error) => chart.point(cell.setting.method, *x, *error, &words(cell)),
+            None => chart.failure(cell.setting.method, *x, &words(cell)),
         }
     }
     points.iter().any(|(.., error)| error.is_none())

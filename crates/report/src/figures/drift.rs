@@ -4,7 +4,7 @@ use lab::cost::{Drift, Study};
 
 use crate::chart::{Axis, Chart, Drawing};
 use crate::numbers::{number, power};
-use crate::words::{fate, short_fate};
+use crate::words::{fate, short_fate, times};
 
 /// Smaller residuals are drawn at this one, the round-off of one sum, because a logarithm has no zero.
 const FOOT: f64 = 1e-17;
@@ -21,9 +21,9 @@ pub(super) fn figure(study: &Study, long: bool) -> Option<Drawing> {
     let mut chart = Chart::new(title, x, y, 540);
     for (drift, line) in drifts.iter().zip(&lines) {
         let method = drift.setting.method;
-        let name = format!("{} x{}", method.claims().title, drift.setting.substeps);
+        let name = format!("{} {}", method.claims().title, times(drift.setting.substeps));
         let words = format!("{name}: {}", fate(drift));
-        chart.curve(method, line);
+        chart.curve(method, &[], line);
         if let Some((time, residual)) = line.last() {
             chart.point(method, *time, *residual, &words);
         }

@@ -26,7 +26,7 @@ pub(super) fn figure(study: &Study, machine: &Machine) -> Option<Drawing> {
         let title = of.method.claims().title;
         let line: Vec<_> =
             of.points.iter().map(|point| (point.body_steps, per_body(point))).collect();
-        chart.curve(of.method, &line);
+        chart.curve(of.method, &[], &line);
         for (point, (count, ns)) in of.points.iter().zip(&line) {
             let words = format!(
                 "{title}, {}: {} per body",

@@ -23,7 +23,7 @@ pub(super) fn figure(study: &Study, accuracy: Accuracy) -> Drawing {
     for method in study.methods() {
         let place = |cell: &Cell| Some(study.step_s(cell.setting));
         let words = |cell: &Cell| tooltip(study, cell, accuracy, Cost::Evaluations);
-        failed |= draw(&mut chart, study, method, accuracy, place, words);
+        failed |= draw(&mut chart, study, study.curve(method), accuracy, place, words);
         let order = study.order(method, accuracy).filter(|order| order.is_finite());
         let order = order.map_or_else(String::new, |order| format!(": {order:.2}"));
         chart.legend_method(method, &format!("{}{order}", method.claims().title));

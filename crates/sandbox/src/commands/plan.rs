@@ -3,7 +3,7 @@
 use clap::Args;
 use history::Overrides;
 use motion::{LawTexts, Method};
-use scene::{Scene, StepKind, byte_words, shown};
+use scene::{Scene, StepKind, Substepping, byte_words, shown};
 
 use crate::args::{SceneName, method};
 use crate::failure::Failure;
@@ -53,10 +53,10 @@ pub fn text(scene: Scene, overrides: Overrides) -> String {
         "step of `{}`: {}, {step}{}, {} bodies\n",
         scene.name,
         method.name(),
-        if scene.substeps == 1 {
+        if scene.substeps == Substepping::Fixed(1) {
             String::new()
         } else {
-            format!(" in {} substeps", scene.substeps)
+            format!(" in {:#} substeps", scene.substeps)
         },
         scene.bodies.len()
     );
@@ -83,7 +83,8 @@ pub fn text(scene: Scene, overrides: Overrides) -> String {
     }
     for emitter in &session.stage.sim().scene.emitters {
         let Some(swarm) = &emitter.on_device else { continue };
-        let (particles, substeps) = (swarm.slots(), swarm.substeps.unwrap_or(scene_substeps));
+        let (particles, substeps) =
+            (swarm.slots(), swarm.substeps.unwrap_or(scene_substeps.least()));
         plan += &format!(
             "     ( on the graphics device: `{}`, {particles} particles, {}, {substeps} dispatch{} per tick, {} bytes per particle and \
              dispatch, {} )\n",

@@ -224,7 +224,7 @@ fn table(scene: &Scene, found: &Recommendation, studies: &[Study]) -> String {
             row.bodies.to_string(),
             digits(study.simulated_s),
             row.pick.setting.method.name().to_owned(),
-            row.pick.setting.substeps.to_string(),
+            format!("{:#}", row.pick.setting.substeps),
             length(row.pick.error_m, 3),
             length(row.pick.rms_m, 3),
             length(row.reference_error_m, 2),

@@ -232,7 +232,7 @@ mod tests {
         /// The settings that are offered and not the present one.
         fn offered(&self) -> Vec<Control> {
             let Setting { method, substeps, .. } = self.session.stage.setting();
-            let present = format!("{} x {substeps}", method.claims().title);
+            let present = format!("{} x {substeps:#}", method.claims().title);
             let offered = |control: &Control| {
                 control.role == "Button" && control.name.contains(" x ") && control.name != present
             };
@@ -296,7 +296,7 @@ mod tests {
         assert_eq!(second.name, title);
         live.press("Escape");
         // One more in the very last frame.
-        live.session.carry_out(Intent::ApplySetting(Setting { substeps: 7, ..clicked }));
+        live.session.carry_out(Intent::ApplySetting(Setting { substeps: 7.into(), ..clicked }));
         live.recorder
             .finish(live.session.stage.playback().frames(), &live.session.chosen)
             .expect("a file");
@@ -383,10 +383,10 @@ mod tests {
             let mut session = session();
             session.play(Player::new(script).expect("no keys"));
             session.carry_out(Intent::ApplySetting(Setting {
-                substeps: 3,
+                substeps: 3.into(),
                 ..session.stage.setting()
             }));
-            session.stage.setting().substeps == 3
+            session.stage.setting().substeps == 3.into()
         };
         assert!(!chosen(true, 1) && chosen(false, 1));
         assert!(chosen(true, 0), "after its end");

@@ -11,20 +11,21 @@ use crate::entries::Entry;
 use crate::parts::Part;
 use crate::resolve::springs::unsolvable;
 use crate::scene::Scene;
+use crate::scene::substepping::Substepping;
 use crate::text::faults::SceneError;
 
 /// A setting of a run: a method, and its substeps per tick.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Setting {
     /// Method of every body.
     pub method: Method,
-    /// Substeps per tick, at least 1.
-    pub substeps: u32,
+    /// Substeps of every body.
+    pub substeps: Substepping,
 }
 
 impl fmt::Display for Setting {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} x {}", self.method.name(), self.substeps)
+        write!(f, "{} x {:#}", self.method.name(), self.substeps)
     }
 }
 
@@ -57,13 +58,13 @@ impl Scene {
     ///
     /// ```
     /// use motion::Method;
-    /// use scene::{Scene, Setting};
+    /// use scene::{Scene, Setting, Substepping};
     ///
     /// let text = "(version: 1, // the first\n bodies: [(mass_kg: 2)])";
     /// let scene = Scene::parse("ball.ron", text).expect("it is a scene");
     /// let ball = &scene.entries()[0];
-    /// let entries = [(ball, Setting { method: Method::RungeKutta4, substeps: 3 })];
-    /// let common = Setting { method: Method::default(), substeps: 1 };
+    /// let entries = [(ball, Setting { method: Method::RungeKutta4, substeps: Substepping::Fixed(3) })];
+    /// let common = Setting { method: Method::default(), substeps: Substepping::Fixed(1) };
     /// assert_eq!(
     ///     scene.with_methods("ball.ron", common, &entries).expect("it can have that method"),
     ///     "(version: 1, // the first\n bodies: [(mass_kg: 2, method: runge_kutta_4, substeps: 3)])",
@@ -83,7 +84,7 @@ impl Scene {
         let own = entries.iter().flat_map(|(entry, setting)| {
             edits(&entry.path(), *setting, common, self.written_methods(entry))
         });
-        let default = Setting { method: Method::default(), substeps: 1 };
+        let default = Setting { method: Method::default(), substeps: Substepping::Fixed(1) };
         let edits: Vec<_> = edits("", common, default, written).chain(own).collect();
         let text = rewrite(name, &self.text, &edits)?;
         // Parsed by the same name, because a scene without a name has that of its file.

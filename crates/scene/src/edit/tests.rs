@@ -8,10 +8,11 @@ use super::*;
 use crate::answers;
 use crate::parts::Part;
 use crate::scene::Scene;
+use crate::scene::substepping::Substepping;
 use crate::text::faults::SceneError;
 
-fn setting((method, substeps): (Method, u32)) -> Setting {
-    Setting { method, substeps }
+fn setting((method, substeps): (Method, impl Into<Substepping>)) -> Setting {
+    Setting { method, substeps: substeps.into() }
 }
 
 /// The text with other methods and substeps. A line of `sets` has the path of an entry or `scene`, a method and substeps; the
@@ -25,7 +26,7 @@ fn edited(text: &str, sets: &str) -> Result<String, SceneError> {
             panic!("{set}")
         };
         let method = Method::from_name(method).unwrap();
-        let setting = setting((method, substeps.parse().unwrap()));
+        let setting = setting((method, substeps.parse::<u32>().unwrap()));
         match entries.iter().find(|entry| entry.path() == path) {
             Some(entry) => own.push((entry, setting)),
             None => common = setting,
@@ -57,7 +58,7 @@ fn an_edit_that_would_change_more_is_found_out() {
     let parse = |text: &str| Scene::parse("t", text).unwrap();
     let before = parse("(version: 1, bodies: [(), ()])");
     let common = Setting { method: before.method, substeps: before.substeps };
-    let own = Setting { method: Method::Yoshida4, substeps: 1 };
+    let own = Setting { method: Method::Yoshida4, substeps: 1.into() };
     let entries = before.entries();
     let fine = |after: &str| before.differs_only_in(&parse(after), common, &[(&entries[0], own)]);
     assert!(fine("(version: 1,\n bodies: [(method: yoshida_4), ()])"));

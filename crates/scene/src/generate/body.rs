@@ -7,6 +7,7 @@ use pick::Shape;
 use crate::check::{DAMPING_RATE, SPEED, Scope, shown, shown_vector};
 use crate::raw;
 use crate::scene::BodySpec;
+use crate::scene::substepping::Substepping;
 use crate::text::faults::Faults;
 use crate::text::syntax::Word;
 
@@ -15,7 +16,7 @@ use crate::text::syntax::Word;
 pub(crate) struct Defaults {
     /// `None` if the text is not the name of a method.
     pub method: Option<Method>,
-    pub substeps: u32,
+    pub substeps: Substepping,
     pub step_hz: f64,
 }
 
@@ -93,7 +94,7 @@ fn verlet_previous(
     } else if let Some(method) = own.method.filter(|method| *method != Method::PositionVerlet) {
         let what = format!("{} knows no previous position", method.name());
         refuse(&what, "set method: position_verlet, or give velocity_m_s instead");
-    } else if !((position - previous) * own.step_hz * f64::from(own.substeps)).is_finite() {
+    } else if !((position - previous) * own.step_hz * f64::from(own.substeps.least())).is_finite() {
         refuse("the way from there is too long for one step", "give a place closer to position_m");
     }
     if raw.velocity_m_s.is_some() {
@@ -249,13 +250,13 @@ mod tests {
                 grids: [(rows: 1, columns: 1, method: implicit_euler)], clouds: [(count: 1, substeps: 2)])"#,
         )
         .unwrap();
-        assert_eq!((scene.method, scene.substeps), (Method::Yoshida4, 3));
+        assert_eq!((scene.method, scene.substeps), (Method::Yoshida4, 3.into()));
         let own: Vec<_> = scene.bodies.iter().map(|body| (body.method, body.substeps)).collect();
         let expected = [
             (None, None),
-            (Some(Method::Yoshida4), Some(100_000)),
+            (Some(Method::Yoshida4), Some(100_000.into())),
             (Some(Method::ImplicitEuler), None),
-            (None, Some(2)),
+            (None, Some(2.into())),
         ];
         assert_eq!(own, expected);
     }

@@ -13,6 +13,7 @@ use crate::raw;
 use crate::scene::BodySpec;
 use crate::scene::coupled::{EmitterSpec, SoftBodySpec};
 use crate::scene::names::{Names, Numbering};
+use crate::scene::substepping::Substepping;
 use crate::text::faults::Faults;
 use crate::text::syntax::Triple;
 
@@ -38,8 +39,8 @@ pub(crate) struct Section {
     pub method: Option<Method>,
     /// Whether the entry itself names the method.
     pub own_method: bool,
-    /// Their substeps; `None` if the text is not a valid number of substeps.
-    pub substeps: Option<u32>,
+    /// Their substeps; `None` if the text does not give valid ones.
+    pub substeps: Option<Substepping>,
 }
 
 /// Whether an entry names a method itself, and whether it names a number of substeps.

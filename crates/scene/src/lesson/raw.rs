@@ -16,6 +16,7 @@ use crate::action::{Action, ChangeAction, InputAction};
 use crate::check::{Rule, STEP_RATE, Scope, positive, rule};
 use crate::resolve::springs::unsolvable;
 use crate::scene::Scene;
+use crate::scene::substepping::Substepping;
 use crate::script::undeclared;
 use crate::shipped;
 use crate::text::faults::{Faults, SceneError};
@@ -60,7 +61,7 @@ struct RawLesson {
 struct RawRun {
     scene: Option<String>,
     method: Option<Word>,
-    substeps: Option<u32>,
+    substeps: Option<Substepping>,
     step_hz: Option<f64>,
     seconds: Option<f64>,
     #[serde(default)]

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use serde::Deserialize;
 
 use crate::lists::List;
+use crate::scene::substepping::Substepping;
 use crate::text::kinds::{Kind, kinds_of};
 use crate::text::syntax::{Triple, Word, Worded};
 
@@ -72,7 +73,7 @@ pub(crate) struct SoftKeys {
     pub velocity_m_s: Option<Triple>,
     pub color: Option<Triple>,
     pub method: Option<Word>,
-    pub substeps: Option<u32>,
+    pub substeps: Option<Substepping>,
     pub damping_per_s: Option<f64>,
     pub gravity_off: Option<bool>,
 }

@@ -4,6 +4,7 @@ use serde::Deserialize;
 
 use crate::action::Action;
 use crate::lists::List;
+use crate::scene::substepping::Substepping;
 use crate::text::syntax::{Triple, Word};
 
 /// The keys that are common to all rows, and `rows` with the keys in which they differ.
@@ -20,7 +21,7 @@ pub(crate) struct Survival {
     pub reference_substeps: Option<u32>,
     pub steps: Option<Steps>,
     pub step_hz: Option<f64>,
-    pub substeps: Option<u32>,
+    pub substeps: Option<Substepping>,
     pub damping_model: Option<Word>,
     pub damping_per_s: Option<f64>,
     pub offset_m: Option<Triple>,

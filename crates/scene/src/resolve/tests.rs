@@ -76,7 +76,7 @@ fn an_absent_effect_is_absent() {
     let scene = Scene::parse("t", "(version: 1)").unwrap();
     assert_eq!((scene.gravity, scene.damping, scene.push), (None, None, None));
     assert!(scene.light.is_none() && scene.expect.is_none() && scene.bodies.is_empty());
-    assert_eq!((scene.step_hz, scene.substeps, scene.name.as_str()), (120.0, 1, "t"));
+    assert_eq!((scene.step_hz, scene.substeps, scene.name.as_str()), (120.0, 1.into(), "t"));
 }
 
 /// A text that is broken anywhere is refused or read, and every fault of it lies inside.

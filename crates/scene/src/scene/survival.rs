@@ -7,6 +7,7 @@ use rand_pcg::Pcg64;
 
 use crate::action::Step;
 use crate::random::symmetric;
+use crate::scene::substepping::Substepping;
 
 /// One row of the survival matrix: a run of the scene that every method makes.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,8 +28,8 @@ pub struct SurvivalRow {
     pub steps: TickLengths,
     /// Ticks per second; overrides the scene.
     pub step_hz: f64,
-    /// Substeps per tick; overrides the scene.
-    pub substeps: u32,
+    /// Substeps; override those of the scene.
+    pub substeps: Substepping,
     /// Damping; overrides the scene.
     pub damping: Option<Damping>,
     /// Vector by which everything is moved away from the origin, m.

@@ -158,6 +158,7 @@ fn explain(error: &Error) -> (String, String) {
         Error::NoSuchEnumVariant { expected, found, .. } => {
             return (format!("unknown word `{found}`"), nearest::suggest(found, expected));
         }
+        Error::Message(what) => return (what.clone(), "correct it here".to_owned()),
         other => return (format!("this is not RON: {other}"), "correct it here".to_owned()),
     };
     (what.to_owned(), cure.to_owned())

@@ -2,9 +2,9 @@
 
 use egui::{Rect, RichText, Ui};
 use lab::cost::Setting;
-use motion::{Method, MutualGravity, Substeps};
+use motion::{Method, MutualGravity};
 use report::numbers::number;
-use scene::unsolvable;
+use scene::{Substepping, unsolvable};
 
 use crate::actions::Act;
 use crate::app::cockpit::bar;
@@ -115,12 +115,13 @@ fn cures(stage: &mut Stage) -> Vec<Cure> {
             } else {
                 "By its margin it is stable. Play continues with it."
             };
-            (row.cure.substeps, row.cure.method, why)
+            let chosen = row.cure.error.map(Substepping::auto);
+            (chosen.or(row.cure.substeps.map(Substepping::Fixed)), row.cure.method, why)
         }
         // A body with its own method: no setting of the scene helps it.
         Some(_) => return Vec::new(),
         None => {
-            let finer = present.substeps.saturating_mul(4).min(Substeps::MOST);
+            let finer = present.substeps.finer(4).clamped();
             (
                 Some(finer),
                 Some(Method::ImplicitEuler),
@@ -132,8 +133,8 @@ fn cures(stage: &mut Stage) -> Vec<Cure> {
     let method = method
         .filter(|method| *method != present.method && unsolvable(*method, attracts).is_none());
     let substeps = substeps.filter(|substeps| *substeps != present.substeps);
-    let finer =
-        substeps.map(|substeps| (format!("{substeps} substeps"), Setting { substeps, ..present }));
+    let finer = substeps
+        .map(|substeps| (format!("{substeps:#} substeps"), Setting { substeps, ..present }));
     let other =
         method.map(|method| (method.claims().title.to_owned(), Setting { method, ..present }));
     finer.into_iter().chain(other).map(|(words, setting)| Cure { setting, words, why }).collect()

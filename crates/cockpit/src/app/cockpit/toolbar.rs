@@ -1,11 +1,13 @@
 //! The bar at the top: time, method, what is drawn, and the modes.
 
-use egui::{Button, ComboBox, PopupCloseBehavior, Response, RichText, Role, Ui, Vec2, WidgetInfo};
+use egui::{
+    Button, Checkbox, ComboBox, PopupCloseBehavior, Response, RichText, Role, Ui, Vec2, WidgetInfo,
+};
 use history::Change;
 use motion::clock::StepClock;
-use motion::{Gravity, Method, MutualGravity, Substeps, TimeStep};
+use motion::{AutoSubsteps, Gravity, Method, MutualGravity, Substeps, TimeStep};
 use report::numbers::{pace_words, scene_time, tick_rate};
-use scene::unsolvable;
+use scene::{BodySpec, Substepping, unsolvable};
 
 use crate::actions::Act;
 use crate::app::focus::frame_if_lesson_names;
@@ -14,7 +16,7 @@ use crate::intent::Intent;
 use crate::methods;
 use crate::panels::Panel;
 use crate::stage::Stage;
-use crate::tools::number::count_field;
+use crate::tools::number::{count_field, number_field};
 use crate::view::{Mode, View};
 
 /// Paces of the list, as multiples of the pace of the scene.
@@ -219,13 +221,44 @@ pub(super) fn rate(stage: &Stage) -> String {
     tick_rate(stage.sim().world.resource::<TimeStep>().0)
 }
 
+/// Lays out the substeps: a number, or the error that they are chosen for.
+fn substeps(ui: &mut Ui, stage: &Stage, substeps: &mut Substepping) {
+    let mut chooses = substeps.fixed().is_none();
+    let takes = |body: &BodySpec| body.is_movable() && body.substeps.is_none();
+    let is_taken = stage.sim().scene.bodies.iter().any(takes);
+    let choose = Checkbox::new(&mut chooses, "Choose substeps by error");
+    ui.add_enabled(is_taken, choose)
+        .on_hover_text("as many in every tick as keep its error below this one")
+        .on_disabled_hover_text("every body has substeps of its own");
+    match (substeps.choice(), substeps.fixed()) {
+        (Some(_), _) if !chooses => *substeps = Substepping::Fixed(1),
+        (None, _) if chooses => *substeps = Substepping::auto(1e-3),
+        (Some(choice), _) => {
+            let mut error = choice.error;
+            let speed = 0.1 * error;
+            number_field(ui, &mut error, speed, " m per tick");
+            let other = Substepping::from(AutoSubsteps { error, ..choice });
+            if other.fault().is_none() {
+                *substeps = other;
+            }
+        }
+        (None, number) => {
+            let mut number = number.unwrap_or(1);
+            let range = 1.0..=f64::from(Substeps::MOST);
+            count_field(ui, &mut number, range, " substeps per tick")
+                .on_hover_text("more are more accurate and cost more time");
+            *substeps = number.into();
+        }
+    }
+}
+
 /// Lays out method and step as one control: its list has the order and the cost of each method and, at the end, the substeps.
 fn method(ui: &mut Ui, stage: &Stage, intents: &mut Vec<Intent>) {
     let setting = stage.setting();
     let mut chosen = setting;
     let attracts = stage.sim().world.contains_resource::<MutualGravity>();
     let present =
-        format!("{}, {} x {}", setting.method.claims().title, rate(stage), setting.substeps);
+        format!("{}, {} x {:#}", setting.method.claims().title, rate(stage), setting.substeps);
     let list = ComboBox::from_id_salt("method of the scene")
         .width(216.0)
         .height(400.0)
@@ -252,9 +285,7 @@ fn method(ui: &mut Ui, stage: &Stage, intents: &mut Vec<Intent>) {
                 });
             }
             ui.separator();
-            let range = 1.0..=f64::from(Substeps::MOST);
-            count_field(ui, &mut chosen.substeps, range, " substeps per tick")
-                .on_hover_text("more are more accurate and cost more time");
+            substeps(ui, stage, &mut chosen.substeps);
         })
         .response
         .on_hover_text("method of integration (I and Shift+I)");

@@ -176,8 +176,8 @@ fn dots(study: &Study, axes: Axes, method: Method) -> Vec<Dot<'_>> {
         let (cost, error) = (study.cost(cell, axes.cost)?, study.error(cell, axes.accuracy)?);
         (cost > 0.0).then(|| [cost.log10(), error.max(LEAST).log10()])
     };
-    let curve = study.curve(method);
-    curve.filter_map(|cell| Some(Dot { at: dot(cell)?, cell })).collect()
+    let cells = study.curve(method).chain(study.chosen(method));
+    cells.filter_map(|cell| Some(Dot { at: dot(cell)?, cell })).collect()
 }
 
 /// Smaller errors are drawn here: a logarithmic axis has no place for 0.
@@ -262,16 +262,26 @@ fn draw(ui: &mut PlotUi<'_>, study: &Study, axes: Axes, all: &[Dot<'_>], present
     }
     for method in Method::ALL {
         let color = color_of(method);
-        let curve: Vec<_> =
-            all.iter().filter(|dot| dot.cell.setting.method == method).map(|dot| dot.at).collect();
-        ui.line(
-            Line::new("", PlotPoints::from(curve.clone()))
-                .color(color.gamma_multiply(0.5))
-                .allow_hover(false),
-        );
-        ui.points(
-            Points::new("", PlotPoints::from(curve)).color(color).radius(4.0).allow_hover(false),
-        );
+        // Dashed where substeps are chosen.
+        for (is_fixed, style) in [(true, LineStyle::Solid), (false, LineStyle::dashed_dense())] {
+            let is_of = |dot: &&Dot<'_>| {
+                let Setting { method: of, substeps } = dot.cell.setting;
+                of == method && substeps.fixed().is_some() == is_fixed
+            };
+            let curve: Vec<_> = all.iter().filter(is_of).map(|dot| dot.at).collect();
+            ui.line(
+                Line::new("", PlotPoints::from(curve.clone()))
+                    .color(color.gamma_multiply(0.5))
+                    .style(style)
+                    .allow_hover(false),
+            );
+            ui.points(
+                Points::new("", PlotPoints::from(curve))
+                    .color(color)
+                    .radius(4.0)
+                    .allow_hover(false),
+            );
+        }
     }
     if let Some(dot) = all.iter().find(|dot| dot.cell.setting == present) {
         let ring = PlotPoints::from(vec![dot.at]);
@@ -299,8 +309,8 @@ fn draw(ui: &mut PlotUi<'_>, study: &Study, axes: Axes, all: &[Dot<'_>], present
 }
 
 fn hint(study: &Study, cell: &Cell, axes: Axes) -> String {
-    let Setting { method, substeps, .. } = cell.setting;
-    let rate = study.step_hz * f64::from(substeps);
+    let Setting { method, .. } = cell.setting;
+    let rate = study.step_hz * study.steps(cell);
     let error = study.error(cell, axes.accuracy).unwrap_or(f64::NAN);
     let error =
         if axes.accuracy == Accuracy::Position { length(error, 3) } else { share(error, 3) };
@@ -394,7 +404,7 @@ fn setting_button(
     axes: Axes,
     present: Setting,
 ) -> Response {
-    let words = format!("{} x {}", ink(cell.setting.method).short, cell.setting.substeps);
+    let words = format!("{} x {:#}", ink(cell.setting.method).short, cell.setting.substeps);
     let is_present = cell.setting == present;
     let button = ui.add(Button::selectable(is_present, words).small().sense(Sense::CLICK));
     let name = title(cell.setting);
@@ -403,7 +413,7 @@ fn setting_button(
 }
 
 fn title(Setting { method, substeps, .. }: Setting) -> String {
-    format!("{} x {substeps}", method.claims().title)
+    format!("{} x {substeps:#}", method.claims().title)
 }
 
 fn foot(ui: &mut Ui, study: &Study, width: f32) {

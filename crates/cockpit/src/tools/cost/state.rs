@@ -4,6 +4,7 @@ use history::RunSettings;
 use lab::cost::{Bench, Study};
 use motion::Method;
 use motion::effects::Effect;
+use scene::Substepping;
 
 use crate::stage::Stage;
 
@@ -41,7 +42,8 @@ impl Cost {
 /// with gravity on or off as in the scene.
 pub(super) fn settings(stage: &Stage) -> RunSettings {
     let now = RunSettings::of(stage.sim());
-    let mut settings = RunSettings { method: Method::default(), substeps: 1, ..now };
+    let mut settings =
+        RunSettings { method: Method::default(), substeps: Substepping::Fixed(1), ..now };
     if let Some(gravity) = &mut settings.effects.gravity {
         gravity.on = stage.sim().scene.gravity.is_none_or(|there| there.on);
     }

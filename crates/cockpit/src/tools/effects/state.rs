@@ -154,7 +154,7 @@ fn on_device(stage: &Stage) -> ReceiptLine {
     };
     let (mut dispatches, mut bytes) = (0, 0);
     for swarm in scene.emitters.iter().filter_map(|emitter| emitter.on_device.as_ref()) {
-        dispatches += swarm.substeps.unwrap_or_else(|| stage.sim().substeps());
+        dispatches += swarm.substeps.unwrap_or_else(|| stage.sim().substeps().least());
         bytes += swarm.bytes();
     }
     let s = if dispatches == 1 { "" } else { "es" };

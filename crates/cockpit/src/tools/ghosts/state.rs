@@ -8,7 +8,7 @@ use glam::{DVec2, DVec3};
 use history::{Distances, DistancesSoFar, FirstQuarantine, Simulation, Twin};
 use motion::{Method, PreviousPosition, SoftBody, Transform};
 use report::{Ink, ink};
-use scene::{FileIndex, unsolvable};
+use scene::{FileIndex, Substepping, unsolvable};
 
 use crate::stage::Stage;
 use crate::stage::things::drawn;
@@ -58,7 +58,7 @@ pub(crate) struct Ghosts {
     /// Number of times that ghosts were made. Ghosts of another generation are other runs.
     generation: u64,
     /// Substeps of the scene when the ghosts were made.
-    substeps: u32,
+    substeps: Substepping,
 }
 
 /// A ghost, for graphs.

@@ -56,7 +56,7 @@ pub(super) fn show(ui: &mut Ui, graphs: &mut Graphs, desk: &mut Desk<'_>) {
         ui.weak("Select a body to see how it moves.");
         return;
     }
-    if graphs.quantity != Quantity::KineticEnergy {
+    if !graphs.quantity.is_scalar() {
         parts(ui, graphs);
     }
     bodies(ui, graphs);
@@ -149,8 +149,9 @@ fn single(graphs: &Graphs, body: &Graphed) -> Vec<Curve> {
         width: THIN,
         points: points(track, graphs.quantity, part),
     };
-    if graphs.quantity == Quantity::KineticEnergy {
-        return vec![curve(("kinetic".to_owned(), COLORS[1], Part::default()))];
+    if graphs.quantity.is_scalar() {
+        let name = graphs.quantity.name().split([' ', ',']).next().unwrap_or_default();
+        return vec![curve((name.to_owned(), COLORS[1], Part::default()))];
     }
     let parts = Part::ALL.into_iter().zip(COLORS).zip(graphs.parts.0).filter(|(_, shown)| *shown);
     parts.map(|((part, color), _)| curve((part.name().to_owned(), color, part))).collect()

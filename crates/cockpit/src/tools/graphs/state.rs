@@ -33,11 +33,23 @@ pub(super) enum Quantity {
     Acceleration,
     Force,
     KineticEnergy,
+    Substeps,
 }
 
 impl Quantity {
-    pub const ALL: [Self; 5] =
-        [Self::Position, Self::Velocity, Self::Acceleration, Self::Force, Self::KineticEnergy];
+    pub const ALL: [Self; 6] = [
+        Self::Position,
+        Self::Velocity,
+        Self::Acceleration,
+        Self::Force,
+        Self::KineticEnergy,
+        Self::Substeps,
+    ];
+
+    /// Whether it has no parts.
+    pub const fn is_scalar(self) -> bool {
+        matches!(self, Self::KineticEnergy | Self::Substeps)
+    }
 
     pub const fn name(self) -> &'static str {
         match self {
@@ -46,6 +58,7 @@ impl Quantity {
             Self::Acceleration => "acceleration, m/s²",
             Self::Force => "force, N",
             Self::KineticEnergy => "kinetic energy, J",
+            Self::Substeps => "substeps per tick",
         }
     }
 
@@ -57,6 +70,7 @@ impl Quantity {
             Self::Acceleration => motion.forced?[0],
             Self::Force => motion.forced?[1],
             Self::KineticEnergy => return Some(motion.kinetic_energy),
+            Self::Substeps => return Some(f64::from(motion.substeps)),
         };
         Some(match part {
             Part::X => vector.x,

@@ -2,6 +2,7 @@
 
 use motion::clock::StepClock;
 use motion::ledger;
+use scene::Substepping;
 
 use crate::stage::Stage;
 
@@ -104,7 +105,11 @@ pub(super) fn method_of(stage: &Stage) -> String {
         true => stepper.method().claims().title,
         false => "several methods",
     };
-    if substeps > 1 { format!("{method} x {substeps}") } else { method.to_owned() }
+    if substeps == Substepping::Fixed(1) {
+        method.to_owned()
+    } else {
+        format!("{method} x {substeps:#}")
+    }
 }
 
 fn point(ledger: &ledger::Ledger, time: f64) -> Point {

@@ -193,13 +193,13 @@ impl<S: Springs<N>, const N: usize> Groups<S, N> {
         };
         Self {
             field: Group {
-                h: 1.0 / (scene.step_hz * f64::from(setting.substeps)),
+                h: 1.0 / (scene.step_hz * f64::from(setting.substeps.least())),
                 counts: Counts::default(),
                 unconverged: 0,
                 springs: PhantomData,
             },
             method: setting.method,
-            substeps: setting.substeps,
+            substeps: setting.substeps.least(),
             states: bodies.chunks_exact(N).map(group).collect(),
             ids: bodies.into_iter().map(|(id, _)| id).collect(),
             has_last_acceleration: false,

@@ -20,8 +20,9 @@ pub(crate) struct Defect<E: Element> {
     first: Option<Scalar>,
     /// Sums over the pairs so far, of each row: m, and m/s by which the error grows until the end of the tick.
     sums: Vec<[Scalar; 2]>,
-    /// Length of the steps so far, s.
+    /// Length of the steps so far, and of those in pairs, s.
     length: Scalar,
+    paired: Scalar,
 }
 
 /// Rounding of the positions of a pair, in units of that of a number.
@@ -32,15 +33,17 @@ impl<E: Element> Defect<E> {
     pub fn begin(&mut self) {
         (self.on, self.knows_start, self.first) = (true, false, None);
         self.sums.clear();
-        self.length = 0.0;
+        (self.length, self.paired) = (0.0, 0.0);
     }
 
-    /// Ends the tick. Returns the largest sum, m: the error of its positions.
+    /// Ends the tick. Returns the largest sum, m: the error of its positions. A step beside a jump may be in no pair; its share is that
+    /// of the others. Infinite if there is no pair.
     pub fn end(&mut self) -> Scalar {
         self.on = false;
         // Not `max`, which would drop NaN.
         let errors = self.sums.iter().map(|[sum, growth]| sum + growth * self.length);
-        errors.fold(0.0, |most, error| if error <= most { most } else { error })
+        let most = errors.fold(0.0, |most, error| if error <= most { most } else { error });
+        if self.paired > 0.0 { most * (self.length / self.paired) } else { Scalar::INFINITY }
     }
 
     /// Notes the state before a step, which jumps at its start or not.
@@ -61,6 +64,7 @@ impl<E: Element> Defect<E> {
             return;
         };
         let sum = g + h;
+        self.paired += sum;
         let factors =
             [2.0 - h / g, sum * sum / (g * h), 2.0 - g / h].map(|part| part * (sum / 6.0));
         let [[x0, v0], [_, v1]] = &self.states;

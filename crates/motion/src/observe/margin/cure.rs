@@ -128,7 +128,8 @@ impl LinearSystem {
             is_solvable && self.is_stable(Stepping { method: *method, ..stepping })
         };
         let method = as_good_as(stepping.method).find(stable);
-        Cure { substeps: if has_limit { self.substeps(stepping) } else { None }, method }
+        let substeps = if has_limit { self.substeps(stepping) } else { None };
+        Cure { substeps, error: None, method }
     }
 
     /// The smallest stable number of substeps above the current one.

@@ -6,7 +6,7 @@ use motion::Totals;
 use motion::ledger::Ledger;
 use render::{Image, Quality};
 use report::numbers::four_digits;
-use scene::{Action, Scene, Script};
+use scene::{Action, Scene, Script, Substepping};
 use serde_json::Value;
 
 use crate::commands::run::film::FilmFile;
@@ -164,6 +164,9 @@ impl<'a> Outputs<'a> {
             eprintln!(
                 "{unconverged} implicit steps did not converge; a higher step rate or more substeps may help"
             );
+        }
+        if let Some(what) = Substepping::excess(&session.stage.sim().world) {
+            eprintln!("{what}");
         }
         let mut written = shown;
         if let (Some(path), Some(film)) = (&args.film, film) {

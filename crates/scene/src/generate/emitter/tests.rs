@@ -22,7 +22,10 @@ fn a_pool_waits_at_rest_at_its_emitter() {
     for body in &scene.bodies[1..] {
         assert_eq!((body.position, body.velocity), (emitter.position, DVec3::ZERO));
         assert_eq!((body.inverse_mass, body.color), (Some(4.0), [0.0, 0.0, 1.0]));
-        assert_eq!((body.method, body.substeps), (Some(motion::Method::RungeKutta4), Some(2)));
+        assert_eq!(
+            (body.method, body.substeps),
+            (Some(motion::Method::RungeKutta4), Some(2.into()))
+        );
     }
     // Straight up unless it says otherwise.
     assert!(emitter.launches.iter().all(|launch| *launch == DVec3::Y * 12.0));

@@ -93,7 +93,7 @@ fn a_chain_joins_neighbors_and_may_be_held_at_its_ends() {
     let velocities: Vec<_> = scene.bodies.iter().map(|body| body.velocity.z).collect();
     assert_eq!(velocities, [7.0, 7.0, 7.0, 7.0, 0.0]);
     let body = &scene.bodies[1];
-    assert_eq!((body.method, body.substeps), (Some(motion::Method::Yoshida4), Some(2)));
+    assert_eq!((body.method, body.substeps), (Some(motion::Method::Yoshida4), Some(2.into())));
     assert_eq!(
         (body.damping_rate, body.gravity_off, body.color),
         (Some(2.0), true, [1.0, 0.0, 0.0])
