@@ -268,9 +268,11 @@ fn every_shipped_scene_keeps_what_it_expects_for_a_minute() {
         let bounded = resolved.expect.unwrap_or_default().energy_drift_below.is_some();
         let springs = !resolved.springs.is_empty() || !resolved.soft_bodies.is_empty();
         let own = [resolved.method];
-        // Particles on the device have a method of their own.
+        // Particles on the device have a method of their own. Large scenes take long.
         let swarms = resolved.emitters.iter().any(|emitter| emitter.on_device.is_some());
-        let methods = if bounded || springs || swarms || resolved.mutual_gravity.is_some() {
+        let large = resolved.bodies.len() > 10_000;
+        let attracts = resolved.mutual_gravity.is_some();
+        let methods = if bounded || springs || swarms || attracts || large {
             &own[..]
         } else {
             &motion::Method::ALL

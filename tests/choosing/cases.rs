@@ -260,3 +260,20 @@ fn commands_take_substeps_that_are_chosen() {
     assert!(number(1, "error_m") > 0.5 && number(2, "error_m") < 5e-4, "{rows}");
     assert!(number(2, "evaluations_per_body") < 2.0 * number(1, "evaluations_per_body"), "{rows}");
 }
+
+#[test]
+fn a_forecast_names_chosen_substeps_where_they_are_fewer_than_half_of_the_fixed_ones() {
+    let file = |substeps: &str| {
+        format!(
+            "(version: 1, step_hz: 60, method: runge_kutta_4, {substeps} wells: [(strength_m3_s2: 1233.7)],
+            bodies: [(position_m: (9.8, 0, 0), velocity_m_s: (0, 2.232, 0))])"
+        )
+    };
+    let files = [("one.ron", file("")), ("chosen.ron", file("substeps: auto(error_m: 1e-3),"))];
+    let folder = folder(files.each_ref().map(|(name, text)| (*name, text.as_str())));
+    let forecast = |scene: &str| sandbox(&folder, &format!("forecast {scene}")).fine();
+    let one = forecast("one.ron");
+    assert!(one.contains("substeps, or substeps chosen for 0.001 m"), "{one}");
+    let chosen = forecast("chosen.ron");
+    assert!(chosen.contains("holds") && !chosen.contains("unstable"), "{chosen}");
+}

@@ -7,7 +7,7 @@ use motion::Method;
 use motion::effects::Effect;
 use serde::{Deserialize, Serialize};
 
-use crate::scene::substepping::Substepping;
+use crate::substepping::Substepping;
 use crate::text::faults::shown;
 use crate::text::syntax::enum_of_enums;
 

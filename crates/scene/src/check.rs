@@ -4,7 +4,7 @@ use glam::DVec3;
 use motion::Method;
 
 use crate::scene::BodySpec;
-use crate::scene::substepping::Substepping;
+use crate::substepping::Substepping;
 use crate::text::faults::Faults;
 pub(crate) use crate::text::faults::shown;
 use crate::text::nearest::one_of;

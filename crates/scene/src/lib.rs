@@ -47,6 +47,7 @@ mod scene;
 mod script;
 mod shipped;
 mod spawn;
+mod substepping;
 mod text;
 
 pub use action::{
@@ -66,7 +67,6 @@ pub use resolve::springs::unsolvable;
 pub use resolve::survival::EXPLODES;
 pub use scene::coupled::{Declaration, EmitterSpec, SoftBodySpec, SpringSpec};
 pub use scene::names::Names;
-pub use scene::substepping::{Choice, Substepping};
 pub use scene::survival::{Bounds, Lengths, Measure, SurvivalRow, TickLengths};
 pub use scene::{
     BodySpec, CameraSpec, ExpectSpec, LightSpec, OwnLawsSpec, PushSpec, Reading, SCENE_VERSION,
@@ -78,6 +78,7 @@ pub use shipped::{
     read_text, shipped,
 };
 pub use spawn::{Appearance, FileIndex, PointRadius, SoftBodyName};
+pub use substepping::{Choice, Substepping};
 pub use text::faults::{Fault, SceneError, shown};
 pub use text::nearest::{did_you_mean, nearest};
 

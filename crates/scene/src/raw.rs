@@ -9,7 +9,7 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
 use crate::lists::List;
-use crate::scene::substepping::Substepping;
+use crate::substepping::Substepping;
 use crate::text::kinds::{Kind, kinds_of};
 use crate::text::syntax::{Triple, Word, Worded};
 pub(crate) use coupled::{Emitter, KINDS, SoftBody, SoftKeys, Spring};

@@ -2,7 +2,6 @@
 
 pub(crate) mod coupled;
 pub(crate) mod names;
-pub(crate) mod substepping;
 pub(crate) mod survival;
 
 use std::collections::BTreeMap;
@@ -19,8 +18,8 @@ use pick::Shape;
 
 use crate::scene::coupled::{Declaration, EmitterSpec, SoftBodySpec, SpringSpec};
 use crate::scene::names::Names;
-use crate::scene::substepping::Substepping;
 use crate::scene::survival::SurvivalRow;
+use crate::substepping::Substepping;
 
 /// Version of the scene format that this program reads.
 pub const SCENE_VERSION: u32 = 1;

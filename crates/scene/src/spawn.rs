@@ -9,8 +9,8 @@ use motion::{
     Spring, StableId, Substeps, Transform, mark_method,
 };
 
-use crate::scene::substepping::Substepping;
 use crate::scene::{BodySpec, RidingWellSpec, Scene};
+use crate::substepping::Substepping;
 
 /// The appearance of a thing besides its shape.
 #[derive(Component, Clone, Copy, Debug, PartialEq)]

@@ -38,7 +38,7 @@ const FINER: u32 = 4;
 const ATTEMPTS: u32 = 3;
 
 /// Error of a tick for which substeps are chosen as a cure: so many decades below the size of the part.
-const CHOSEN: i32 = 6;
+const CHOSEN: i32 = 4;
 
 /// Work of a tick beside that of its evaluations.
 const WORK_OF_TICK: f64 = 300.0;

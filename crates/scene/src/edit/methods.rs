@@ -11,7 +11,7 @@ use crate::entries::Entry;
 use crate::parts::Part;
 use crate::resolve::springs::unsolvable;
 use crate::scene::Scene;
-use crate::scene::substepping::Substepping;
+use crate::substepping::Substepping;
 use crate::text::faults::SceneError;
 
 /// A setting of a run: a method, and its substeps per tick.

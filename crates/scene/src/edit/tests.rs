@@ -8,7 +8,7 @@ use super::*;
 use crate::answers;
 use crate::parts::Part;
 use crate::scene::Scene;
-use crate::scene::substepping::Substepping;
+use crate::substepping::Substepping;
 use crate::text::faults::SceneError;
 
 fn setting((method, substeps): (Method, impl Into<Substepping>)) -> Setting {

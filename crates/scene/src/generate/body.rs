@@ -7,7 +7,7 @@ use pick::Shape;
 use crate::check::{DAMPING_RATE, SPEED, Scope, shown, shown_vector};
 use crate::raw;
 use crate::scene::BodySpec;
-use crate::scene::substepping::Substepping;
+use crate::substepping::Substepping;
 use crate::text::faults::Faults;
 use crate::text::syntax::Word;
 

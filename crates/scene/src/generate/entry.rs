@@ -13,7 +13,7 @@ use crate::raw;
 use crate::scene::BodySpec;
 use crate::scene::coupled::{EmitterSpec, SoftBodySpec};
 use crate::scene::names::{Names, Numbering};
-use crate::scene::substepping::Substepping;
+use crate::substepping::Substepping;
 use crate::text::faults::Faults;
 use crate::text::syntax::Triple;
 

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use serde::Deserialize;
 
 use crate::lists::List;
-use crate::scene::substepping::Substepping;
+use crate::substepping::Substepping;
 use crate::text::kinds::{Kind, kinds_of};
 use crate::text::syntax::{Triple, Word, Worded};
 

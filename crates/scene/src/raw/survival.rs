@@ -4,7 +4,7 @@ use serde::Deserialize;
 
 use crate::action::Action;
 use crate::lists::List;
-use crate::scene::substepping::Substepping;
+use crate::substepping::Substepping;
 use crate::text::syntax::{Triple, Word};
 
 /// The keys that are common to all rows, and `rows` with the keys in which they differ.

@@ -7,7 +7,7 @@ use rand_pcg::Pcg64;
 
 use crate::action::Step;
 use crate::random::symmetric;
-use crate::scene::substepping::Substepping;
+use crate::substepping::Substepping;
 
 /// One row of the survival matrix: a run of the scene that every method makes.
 #[derive(Clone, Debug, PartialEq)]
