@@ -23,7 +23,7 @@ use crate::text::tree::{Tree, scan};
 /// let scene = Scene::parse("ball.ron", "(version: 1, bodies: [(mass_kg: 2), (mass_kg: 3)])").expect("it is a scene");
 /// let varied = VariedScene::new(&scene, &[("bodies[*].mass_kg", "1"), ("substeps", "1")]).expect("it has these places");
 /// let other = varied.scene(&["0.5", "4"]).expect("the values are allowed");
-/// assert_eq!((other.bodies[1].inverse_mass, other.substeps), (Some(2.0), 4));
+/// assert_eq!((other.bodies[1].inverse_mass, other.substeps), (Some(2.0), 4.into()));
 ///
 /// let wrong = VariedScene::new(&scene, &[("bodies[0].mas_kg", "1")]).unwrap_err();
 /// assert_eq!(
