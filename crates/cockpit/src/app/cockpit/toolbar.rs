@@ -230,10 +230,10 @@ fn substeps(ui: &mut Ui, stage: &Stage, substeps: &mut Substepping) {
     ui.add_enabled(is_taken, choose)
         .on_hover_text("as many in every tick as keep its error below this one")
         .on_disabled_hover_text("every body has substeps of its own");
-    match (substeps.choice(), substeps.fixed()) {
-        (Some(_), _) if !chooses => *substeps = Substepping::Fixed(1),
-        (None, _) if chooses => *substeps = Substepping::auto(1e-3),
-        (Some(choice), _) => {
+    match substeps.choice() {
+        Some(_) if !chooses => *substeps = Substepping::Fixed(1),
+        None if chooses => *substeps = Substepping::auto(1e-3),
+        Some(choice) => {
             let mut error = choice.error;
             let speed = 0.1 * error;
             number_field(ui, &mut error, speed, " m per tick");
@@ -242,8 +242,8 @@ fn substeps(ui: &mut Ui, stage: &Stage, substeps: &mut Substepping) {
                 *substeps = other;
             }
         }
-        (None, number) => {
-            let mut number = number.unwrap_or(1);
+        None => {
+            let mut number = substeps.least();
             let range = 1.0..=f64::from(Substeps::MOST);
             count_field(ui, &mut number, range, " substeps per tick")
                 .on_hover_text("more are more accurate and cost more time");
