@@ -10,15 +10,8 @@ struct Edge {
     @location(3) @interpolate(flat) albedo: vec3f,
 }
 
-// Pixels of a line at either side.
-const REACH = 1.5;
-
 fn axis(index: u32) -> vec3f {
     return vec3f(f32(index == 0u), f32(index == 1u), f32(index == 2u));
-}
-
-fn on_screen(clip: vec4f) -> vec2f {
-    return 0.5 * globals.viewport.xy * clip.xy / clip.w;
 }
 
 // Six vertices for each of the twelve edges.
@@ -58,9 +51,7 @@ fn vs_edge(@builtin(vertex_index) index: u32, body: Body) -> Edge {
     out.right = select(silhouette, vec4f(select(second, first, first_is_left), 0.5), both);
     let is_end = corner == 1u || corner == 2u || corner == 4u;
     let aside = select(-REACH, REACH, corner == 2u || corner == 4u || corner == 5u);
-    let clip = select(ends[0], ends[1], is_end);
-    let pixel = globals.viewport.z * clip.w;
-    out.clip = pulled_nearer(clip + vec4f(across * aside * 2.0 / globals.viewport.xy * clip.w, 0.0, 0.0), 2.0 * pixel);
+    out.clip = beside(select(ends[0], ends[1], is_end), across * aside);
     out.position_and_across = vec4f(middle + half * select(-1.0, 1.0, is_end), aside);
     out.albedo = albedo_of(body.color.rgb);
     return out;

@@ -41,3 +41,17 @@ fn pulled_nearer(clip: vec4f, meters: f32) -> vec4f {
     let z = clip.z + globals.viewport.w * (clip.w / distance - 1.0);
     return vec4f(clip.xy, z, clip.w);
 }
+
+// Pixels of a soft edge at either side of it.
+const REACH = 1.5;
+
+// Pixels from the middle of the view.
+fn on_screen(clip: vec4f) -> vec2f {
+    return 0.5 * globals.viewport.xy * clip.xy / clip.w;
+}
+
+// A point moved on the screen by `pixels`, and in front of the surface on which it lies.
+fn beside(clip: vec4f, pixels: vec2f) -> vec4f {
+    let moved = clip + vec4f(pixels * 2.0 / globals.viewport.xy * clip.w, 0.0, 0.0);
+    return pulled_nearer(moved, 2.0 * globals.viewport.z * clip.w);
+}

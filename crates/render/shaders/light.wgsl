@@ -64,8 +64,8 @@ fn to_the_80th(x: f32) -> f32 {
 // Strength of the highlight on cloth, relative to a body's. It is wide: a narrow one would show every cell of the mesh.
 const SHEEN = 0.12;
 
-// The light that a surface sends to the camera, linear.
-fn sent_back(position: vec3f, normal: vec3f, albedo: vec3f, is_matt: bool) -> vec3f {
+// The light that a surface sends to the camera, linear; its shadow is that of the point `lifted`.
+fn sent_back(position: vec3f, lifted: vec3f, normal: vec3f, albedo: vec3f, is_matt: bool) -> vec3f {
     let to_camera = normalize(-position);
     var out: vec3f;
     if globals.light_color.w == 0.0 {
@@ -77,7 +77,7 @@ fn sent_back(position: vec3f, normal: vec3f, albedo: vec3f, is_matt: bool) -> ve
         let soft = globals.picture.w > 0.0;
         out = albedo * select(AMBIENT, mix(FLOOR_LIGHT, SKY_LIGHT, 0.5 + 0.5 * normal.y), soft);
         if facing_light > 0.0 {
-            let reaching = light_reaching(position, normal, facing_light);
+            let reaching = light_reaching(lifted, normal, facing_light);
             let halfway = normalize(to_light + to_camera);
             let mirrored = max(dot(normal, halfway), 0.0);
             var specular: f32;
@@ -95,5 +95,5 @@ fn sent_back(position: vec3f, normal: vec3f, albedo: vec3f, is_matt: bool) -> ve
 
 // The display color (gamma 2.2) of a surface.
 fn shaded(position: vec3f, normal: vec3f, albedo: vec3f) -> vec3f {
-    return displayed(sent_back(position, normal, albedo, false));
+    return displayed(sent_back(position, position, normal, albedo, false));
 }

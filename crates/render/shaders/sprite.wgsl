@@ -14,6 +14,9 @@ struct Spot {
     @location(1) color: vec4f,
 }
 
+// Opacity of what the ground hides.
+const HIDDEN = 0.25;
+
 @vertex
 fn vs_sprite(@builtin(vertex_index) index: u32, sprite: Sprite) -> Spot {
     return spot(index, sprite);
@@ -34,10 +37,12 @@ fn spot(index: u32, sprite: Sprite) -> Spot {
     let middle = sprite.position - 0.5 * sprite.streak;
     let position = middle + globals.camera_right.xyz * flat.x + globals.camera_up.xyz * flat.y;
     var out: Spot;
-    out.clip = globals.view_projection * vec4f(position, 1.0);
+    let is_hidden = on_ground(sprite.position).y != sprite.position.y;
+    let clip = globals.view_projection * vec4f(select(position, on_ground(position), is_hidden), 1.0);
+    out.clip = pulled_nearer(clip, select(0.0, 0.001 * clip.w, is_hidden));
     out.place_and_half = vec3f(place, half);
     // As much light as it really sends, so that many small ones stay many, but no less than the 8 bits of a channel keep.
-    out.color = vec4f(sprite.color.rgb, sprite.color.a * clamp(sprite.radius / pixel, 0.04, 1.0));
+    out.color = vec4f(sprite.color.rgb, sprite.color.a * clamp(sprite.radius / pixel, 0.04, 1.0) * select(1.0, HIDDEN, is_hidden));
     return out;
 }
 

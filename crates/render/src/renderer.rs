@@ -1,4 +1,4 @@
-//! Draws a frame: shadow map, bodies and surfaces, sky, outlines, edges of balls and boxes, particles, sprites, translucent bodies, lines,
+//! Draws a frame: shadow map, bodies and surfaces, sky, edges of surfaces, outlines, edges of balls and boxes, particles, sprites, translucent bodies, lines,
 //! panels.
 
 use std::ops::Range;
@@ -199,9 +199,10 @@ impl Renderer {
         self.small_spheres.upload(gpu, frame.spheres.iter().filter(is_small));
         let (globals_layout, shadow_layout) = (&self.globals_layout, &self.shadow_map.layout);
         let to = &self.destination;
+        let soft_edges = self.is_round && to.samples == 1;
         if self.surfaces.is_some() || !frame.surfaces.is_empty() {
             let new = || Surfaces::new(&gpu.device, globals_layout, shadow_layout, to);
-            self.surfaces.get_or_insert_with(new).upload(gpu, &frame.surfaces);
+            self.surfaces.get_or_insert_with(new).upload(gpu, &frame.surfaces, soft_edges);
         }
         if self.translucent.is_some() || !frame.translucent.is_empty() {
             let new = || TranslucentBodies::new(&gpu.device, globals_layout, shadow_layout, to);
@@ -350,6 +351,9 @@ impl Renderer {
         for pipeline in behind {
             pass.set_pipeline(pipeline);
             pass.draw(0..3, 0..1);
+        }
+        if let Some(surfaces) = &self.surfaces {
+            surfaces.draw_edges(&mut pass);
         }
         // The outlines write no depth, so they come after everything that they cover and before the bodies that they
         // surround.

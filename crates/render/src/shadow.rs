@@ -1,6 +1,6 @@
 //! The shadow map: depth as the light sees it.
 
-use glam::{Mat4, Vec2, Vec3};
+use glam::{Mat4, Quat, Vec2, Vec3};
 
 use crate::{Frame, Instance, Light, Surface};
 
@@ -14,6 +14,8 @@ const FAR: f32 = 1.73;
 
 /// A body whose shadow spans more than this share of the map's half width is scenery and does not widen the fit.
 const SCENERY: f32 = 0.25;
+/// Length over width from which on a body is fitted by its ends: a pole is no scenery.
+const POLE: f32 = 4.0;
 /// How often the fit may halve the map: at 289 m the last step covers 3.7 m with the whole map.
 const MOST_HALVINGS: u32 = 6;
 /// Room around the casters, as a share of the fitted half width, so that the fit can stay while they move.
@@ -27,8 +29,19 @@ pub(crate) struct Caster {
 }
 
 impl Caster {
-    fn body(body: &Instance) -> Self {
-        Self { center: Vec3::from(body.position), radius: Vec3::from(body.half_extents).length() }
+    /// The ends of a pole, or the ball around any other body.
+    fn body(body: &Instance) -> impl Iterator<Item = Self> {
+        let (center, half) = (Vec3::from(body.position), Vec3::from(body.half_extents));
+        let axis = Vec3::AXES[half.max_position()];
+        let across = half - axis * half;
+        let width = across.max_element();
+        let ends = (half.max_element() > POLE * width).then(|| {
+            let along = Quat::from_array(body.orientation) * (half - across - axis * width);
+            let radius = (across + axis * width).length();
+            [center - along, center + along].map(|center| Self { center, radius })
+        });
+        let whole = ends.is_none().then_some(Self { center, radius: half.length() });
+        ends.into_iter().flatten().chain(whole)
     }
 
     /// The points of a surface as casters. Unlike a body, a surface is never scenery, however wide, and is cropped to
@@ -42,7 +55,7 @@ impl Caster {
 
     /// All casters of shadows in `frame`.
     pub fn all(frame: &Frame) -> impl Iterator<Item = Self> {
-        let bodies = frame.cuboids.iter().chain(&frame.spheres).map(Self::body);
+        let bodies = frame.cuboids.iter().chain(&frame.spheres).flat_map(Self::body);
         bodies.chain(frame.surfaces.iter().flat_map(Self::points))
     }
 }
@@ -224,7 +237,7 @@ mod tests {
     };
 
     fn view_of(bodies: &[Instance]) -> LightView {
-        LightView::new(&TUTORIAL, bodies.iter().map(Caster::body)).unwrap()
+        LightView::new(&TUTORIAL, bodies.iter().flat_map(Caster::body)).unwrap()
     }
 
     fn in_map(view: &LightView, point: Vec3) -> bool {
@@ -265,6 +278,16 @@ mod tests {
         assert!((view.span_m - whole).abs() < 1e-6);
         let view = view_of(&[floor, broken, ball(Vec3::ZERO, 1.0)]);
         assert!(view.span_m < whole / 30.0);
+    }
+
+    #[test]
+    fn both_ends_of_a_pole_are_in_the_map() {
+        let pole = Instance { half_extents: [30.0, 0.5, 0.5], ..ball(Vec3::ZERO, 0.0) };
+        let turned = Quat::from_rotation_z(1.0);
+        let pole = Instance { orientation: turned.to_array(), ..pole };
+        // Beside a ball, to which the map would be fitted if the pole were scenery.
+        let view = view_of(&[pole, ball(Vec3::ZERO, 1.0)]);
+        assert!([30.0, -30.0].iter().all(|end| in_map(&view, turned * Vec3::X * *end)));
     }
 
     #[test]

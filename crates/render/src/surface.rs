@@ -91,6 +91,37 @@ fn mean_normals(points: &[Vec3], triangles: &[[u32; 3]]) -> Vec<Vec3> {
     normals
 }
 
+/// The edges at which a surface ends as seen from the camera: those of one triangle, and those where one of two triangles faces
+/// the camera and the other does not. Normals are on the side that is seen.
+pub(crate) fn silhouette(surface: &Surface) -> Vec<[SurfaceVertex; 2]> {
+    let at = |corner: u32| Vec3::from(surface.vertices[corner as usize].position);
+    let of = |[a, b, c]: [u32; 3]| {
+        let [from, to, apex] = [a, b, c].map(at);
+        let normal = (to - from).cross(apex - from);
+        ([a.min(b), a.max(b)], normal, -normal.dot(from), apex)
+    };
+    let sides = |&[a, b, c]: &[u32; 3]| [[a, b, c], [b, c, a], [c, a, b]].map(of);
+    let mut sides: Vec<_> = surface.triangles.iter().flat_map(sides).collect();
+    sides.sort_unstable_by_key(|(edge, ..)| *edge);
+    let ends = |sides: &[([u32; 2], Vec3, f32, Vec3)]| {
+        let facing = match *sides {
+            [(_, _, facing, _)] => facing,
+            [(edge, normal, one, _), (_, _, other, apex)] if (one > 0.0) != (other > 0.0) => {
+                // The triangle is seen that hides the other one.
+                let hides = normal.dot(apex - at(edge[0])) * one < 0.0;
+                if hides { one } else { other }
+            }
+            _ => return None,
+        };
+        Some(sides[0].0.map(|end| {
+            let vertex = surface.vertices[end as usize];
+            let normal = vertex.normal.map(|part| part * facing.signum());
+            SurfaceVertex { normal, ..vertex }
+        }))
+    };
+    sides.chunk_by(|one, other| one.0 == other.0).filter_map(ends).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -140,6 +171,34 @@ mod tests {
         assert_eq!(surface.triangles, [[0, 1, 2]]);
         assert!((0..3).all(|vertex| normal(&surface, vertex) == Vec3::Z));
         assert_eq!(normal(&surface, 3), Vec3::ZERO);
+    }
+
+    #[test]
+    fn a_surface_ends_at_its_border_and_where_it_folds_away_from_the_camera() {
+        let edges = |points: &[Vec3], triangles: &[[u32; 3]]| {
+            silhouette(&Surface::smooth(points, triangles.iter().copied(), WHITE))
+        };
+        let lies = |edge: &[SurfaceVertex; 2], x: f32| edge.iter().all(|end| end.position[0] == x);
+        // Two squares that meet at x = 0: in one plane across the view, then folded onto each other.
+        let square = |end: f32, z: f32| [(end, 0.0, z), (end, 1.0, z)].map(Vec3::from);
+        let sheet = |left: f32, z: f32| {
+            [
+                [(0.0, 0.0, -5.0), (0.0, 1.0, -5.0)].map(Vec3::from),
+                square(left, z),
+                square(1.0, -5.0),
+            ]
+            .concat()
+        };
+        let cells = [[0, 1, 3], [0, 3, 2], [0, 4, 5], [0, 5, 1]];
+        let flat = edges(&sheet(-1.0, -5.0), &cells);
+        assert_eq!((flat.len(), flat.iter().filter(|edge| lies(edge, 0.0)).count()), (6, 0));
+        for (behind, seen) in [(-6.0, 1.0), (-4.0, -1.0)] {
+            let folded = edges(&sheet(0.9, behind), &cells);
+            let fold: Vec<_> = folded.iter().filter(|edge| lies(edge, 0.0)).collect();
+            assert_eq!((folded.len(), fold.len()), (7, 1), "{behind}");
+            let own = Surface::smooth(&sheet(0.9, behind), cells, WHITE).vertices[0].normal;
+            assert_eq!(fold[0][0].normal, own.map(|part| part * seen), "{behind}");
+        }
     }
 
     #[test]

@@ -10,6 +10,7 @@ use wgpu::{
 };
 
 use crate::pipelines::{Destination, Drawing, GLOBALS, LIGHT, OUTLINE_PX, RIM_PX, layout, module};
+use crate::surface::silhouette;
 use crate::{Gpu, Surface, SurfaceVertex, buffers::InstanceBuffer};
 
 const SURFACE: &str = include_str!("../shaders/surface.wgsl");
@@ -27,16 +28,31 @@ const ROWS: [Option<VertexBufferLayout<'_>>; 1] = [Some(VertexBufferLayout {
     attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Unorm8x4, 2 => Float32x3],
 })];
 
+const EDGE_ROWS: [Option<VertexBufferLayout<'_>>; 1] = [Some(VertexBufferLayout {
+    array_stride: size_of::<[SurfaceVertex; 2]>() as u64,
+    step_mode: wgpu::VertexStepMode::Instance,
+    attributes: &wgpu::vertex_attr_array![
+        0 => Float32x3, 1 => Unorm8x4, 2 => Float32x3, 3 => Float32x3, 4 => Unorm8x4, 5 => Float32x3
+    ],
+})];
+
+/// Frames with more triangles have hard edges: where a pixel has one sample, edges are drawn in software.
+const MOST_SMOOTHED: usize = 5_000;
+
 /// All surfaces of a frame in one buffer of vertices and one of indices, the outlined ones last.
 pub(crate) struct Surfaces {
     shadow: RenderPipeline,
     body: RenderPipeline,
     rim: RenderPipeline,
     outline: RenderPipeline,
+    edge: RenderPipeline,
     vertices: InstanceBuffer,
     indices: InstanceBuffer,
     gathered_vertices: Vec<SurfaceVertex>,
     gathered_triangles: Vec<[u32; 3]>,
+    edges: InstanceBuffer,
+    /// Soft edges.
+    soft: u32,
     /// Indices of the surfaces without an outline.
     plain: u32,
     /// All indices.
@@ -97,17 +113,36 @@ impl Surfaces {
             ),
             rim: outline("rim of surface", RIM_PX, 0.0),
             outline: outline("outline of surface", OUTLINE_PX, 1.0),
+            edge: Drawing {
+                label: "edge of surface",
+                vertex: "vs_edge",
+                fragment: Some("fs_edge"),
+                rows: &EDGE_ROWS,
+                topology: wgpu::PrimitiveTopology::TriangleStrip,
+                writes_depth: false,
+                blend: Some(wgpu::BlendState::ALPHA_BLENDING),
+                ..body
+            }
+            .pipeline(device, &picture, to),
             body: body.pipeline(device, &picture, to),
             vertices: InstanceBuffer::new(device, "vertices of surfaces"),
             indices: InstanceBuffer::of_indices(device, "indices of surfaces"),
             gathered_vertices: Vec::new(),
             gathered_triangles: Vec::new(),
+            edges: InstanceBuffer::new(device, "edges of surfaces"),
+            soft: 0,
             plain: 0,
             total: 0,
         }
     }
 
-    pub fn upload(&mut self, gpu: &Gpu, surfaces: &[Surface]) {
+    /// Copies the surfaces of a frame to the adapter, with `soft` edges or without.
+    pub fn upload(&mut self, gpu: &Gpu, surfaces: &[Surface], soft: bool) {
+        let triangles: usize = surfaces.iter().map(|surface| surface.triangles.len()).sum();
+        let soft = soft && triangles <= MOST_SMOOTHED;
+        let smoothed = surfaces.iter().filter(|surface| soft && !surface.outlined);
+        let edges: Vec<_> = smoothed.flat_map(silhouette).collect();
+        self.soft = self.edges.upload(gpu, &edges);
         self.gathered_vertices.clear();
         self.gathered_triangles.clear();
         let mut plain = 0;
@@ -147,6 +182,11 @@ impl Surfaces {
         {
             self.draw(pass, pipeline, self.plain..self.total, copies);
         }
+    }
+
+    /// The soft edges write no depth: draw them after everything that is seen behind them.
+    pub fn draw_edges(&self, pass: &mut RenderPass<'_>) {
+        self.edges.draw_quads(pass, &self.edge, 0..self.soft);
     }
 
     fn draw(

@@ -33,9 +33,6 @@ fn vs_swarm(@builtin(vertex_index) index: u32, @builtin(instance_index) slot: u3
     let other = bitcast<vec3f>(stored.other.xyz);
     let v = select((x - other) / standard(tick.length / tick.substeps), other, (tick.flags & KEEPS_VELOCITY) != 0u);
     let position = look.anchor + (x - v * (lived * look.back));
-    if globals.ground.x < 0.0 && position.y < globals.ground.x {
-        return nowhere;
-    }
     // By how many births it is older than the first of the tick.
     let later = f32(i32(tick.births.x - particle.x)) * f32(tick.slots) + (f32(tick.births.y) - f32(particle.y));
     let age = tick.length * (1.0 - look.back) - tick.first_birth + later * tick.between;
