@@ -119,10 +119,11 @@ fn buttons_do_what_their_keys_do() {
     cockpit.click("Play");
     assert!(!cockpit.session().stage.playback().paused());
     cockpit.click("Build");
+    assert_eq!(cockpit.session().open_panels(), [Panel::Editor], "no tab is empty");
     cockpit.click("Settings");
-    assert_eq!(cockpit.session().open_panels(), [Panel::Settings]);
+    assert_eq!(cockpit.session().open_panels(), [Panel::Editor, Panel::Settings]);
     cockpit.click("Settings");
-    assert_eq!(cockpit.session().open_panels(), []);
+    assert_eq!(cockpit.session().open_panels(), [Panel::Editor]);
     cockpit.click("Fly");
     assert_eq!(cockpit.session().view.mode(), Mode::Camera);
 }
@@ -441,8 +442,17 @@ fn the_wheel_zooms_while_nothing_is_selected_and_else_changes_the_force() {
 
 #[test]
 fn a_right_click_at_the_selection_pushes_and_does_not_orbit() {
+    let told = |cockpit: &Cockpit| {
+        cockpit.session().stage.notices.texts().any(|text| text.starts_with("click a body first"))
+    };
     let mut cockpit = Cockpit::of("tutorial", [1280, 720]);
     let pixel = cockpit.seen("player");
+    cockpit.drag(Button::Right, pixel, pixel + DVec2::new(50.0, 0.0));
+    assert!(!told(&cockpit), "a drag turns the camera");
+    cockpit.press("F2").drive.ticks(2);
+    let pixel = cockpit.seen("player");
+    cockpit.drive.click(Button::Right, pixel).ticks(1);
+    assert!(told(&cockpit) && cockpit.drive.v("player").length() == 0.0);
     let camera = *cockpit.session().view.camera();
     cockpit.drive.click(Button::Left, pixel);
     cockpit.drag(Button::Right, pixel, pixel + DVec2::new(50.0, 0.0));
@@ -952,7 +962,7 @@ fn a_scene_a_method_and_a_tool_are_reached_by_keys_alone() {
     cockpit.press("F6");
     assert_eq!(cockpit.focused().unwrap().name, "Look");
     cockpit.go_to("Build", "Tab").press("Enter").go_to("Settings", "Tab").press("Enter");
-    assert_eq!(cockpit.session().open_panels(), [Panel::Settings]);
+    assert_eq!(cockpit.session().open_panels(), [Panel::Editor, Panel::Settings]);
     cockpit.go_to("Moon", "Tab").press("Space");
     assert_eq!(cockpit.session().stage.sim().world.resource::<Gravity>().acceleration.y, -1.62);
 

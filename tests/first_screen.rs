@@ -138,11 +138,20 @@ fn an_empty_view_says_why_and_has_two_ways_out() {
     assert_eq!(labels(&cockpit, FELL).len(), 0, "bodies are in the view");
     cockpit.drive.ticks(8 * 120);
     assert_eq!(labels(&cockpit, FELL).len(), 1);
+    assert!(cockpit.has("Gravity off"), "with it everything falls again");
     cockpit.click("Follow");
     let camera = cockpit.session().view.camera().position;
     assert!(camera.y < -50.0, "{camera}");
     assert_eq!(labels(&cockpit, FELL).len(), 0);
-    cockpit.press("L").press("F1").press("F").drive.ticks(2);
+    let mut back = Cockpit::of("tutorial", [1280, 720]);
+    back.press("F").press("F2");
+    let first = back.session().view.camera().position;
+    back.press("G").drive.ticks(8 * 120);
+    back.click("First view");
+    assert_eq!(back.session().view.camera().position, first, "not of what has fallen");
+    cockpit.press("F1").drive.ticks(2);
+    assert!(cockpit.session().view.camera().position.y > 0.0, "the camera comes back, too");
+    cockpit.press("F").drive.ticks(2);
     assert_eq!(labels(&cockpit, FELL).len(), 0);
     assert!(cockpit.drive.x("player").y > 4.0);
 

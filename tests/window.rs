@@ -424,11 +424,10 @@ fn a_person_with_a_mouse_alone_goes_the_first_time_path_and_the_recording_repeat
     clicks(&mut window, &mut here, "Ghosts");
 
     clicks(&mut window, &mut here, "Build");
-    clicks(&mut window, &mut here, "Editor");
     clicks(&mut window, &mut here, "Sphere");
     clicks(&mut window, &mut here, "Box");
     clicks(&mut window, &mut here, "Undo");
-    clicks(&mut window, &mut here, "Save scene");
+    clicks(&mut window, &mut here, "Save");
     let saved = window.screenshot();
     let text = fs::read_to_string(window.folder.path().join("tutorial.ron")).unwrap();
     assert!(text.contains("name: \"sphere\"") && !text.contains("name: \"box\""), "{text}");

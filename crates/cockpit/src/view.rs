@@ -90,6 +90,8 @@ pub struct View {
     pub(crate) trails: bool,
     /// Scale of force arrows, N per m, while they are drawn.
     pub(crate) force_scale: Option<f64>,
+    /// Whether springs have the colors of their margins of stability.
+    pub(crate) margins: bool,
     /// The causes of the force arrows that are drawn.
     pub(crate) force_causes: Vec<&'static str>,
     /// A push by a click, while it is shown.
@@ -124,6 +126,7 @@ impl View {
             springs: false,
             trails: scene.trails,
             force_scale: None,
+            margins: false,
             force_causes: Vec::new(),
             flash: None,
             labels: scene.labels.clone(),

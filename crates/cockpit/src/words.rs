@@ -27,6 +27,11 @@ const UNITS: [(&str, &str); 19] = [
 
 /// A key without its unit, in words, and the unit.
 pub(crate) fn label(key: &str) -> (String, &'static str) {
+    match key {
+        "step_hz" => return ("ticks per second".to_owned(), ""),
+        "step" => return ("kind of tick".to_owned(), ""),
+        _ => {}
+    }
     let unit = UNITS.iter().find_map(|(end, unit)| Some((key.strip_suffix(end)?, *unit)));
     let (words, unit) = unit.filter(|(words, _)| !words.is_empty()).unwrap_or((key, ""));
     (words.replace('_', " "), unit)

@@ -267,7 +267,7 @@ impl Scene {
         let in_air = self.laws.drag.is_some();
         let blown =
             soft.filter(|soft| in_air && soft.sheet).map(|soft| soft.triangles.len() as u64).sum();
-        let particles: u64 = self.emitters.iter().map(|emitter| emitter.pool.len() as u64).sum();
+        let particles = self.particles_in_pools() as u64;
         let grouped = if self.mutual_gravity.is_some() { bodies - particles } else { points };
         let own = self.own_laws.values();
         let own_wells: u64 =

@@ -126,7 +126,7 @@ impl Scene {
         };
         scene.emitters = with_bodies().filter_map(emitter).collect();
         // Particles neither attract nor are attracted.
-        let particles: usize = scene.emitters.iter().map(|emitter| emitter.pool.len()).sum();
+        let particles: usize = scene.particles_in_pools();
         if particles == scene.bodies.len() {
             scene.mutual_gravity = None;
         }

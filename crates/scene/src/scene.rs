@@ -158,6 +158,12 @@ impl Scene {
         self.emitters.iter().map(EmitterSpec::particles_on_device).sum()
     }
 
+    /// Number of bodies in the pools of emitters.
+    #[must_use]
+    pub fn particles_in_pools(&self) -> usize {
+        self.emitters.iter().map(|emitter| emitter.pool.len()).sum()
+    }
+
     /// The scene with the damping that its methods approximate: the law, in place of a model that damps per tick.
     #[must_use]
     pub fn damped_by_law(mut self) -> Self {

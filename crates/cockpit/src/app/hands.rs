@@ -11,9 +11,10 @@ use crate::app::ui::Ui;
 use crate::input::{Button, Input, Key, SwitchedBy, TouchPhase};
 use crate::intent::Intent;
 use crate::stage::Stage;
+use crate::stage::notices::Topic;
 use crate::stage::pull::Pull;
 use crate::stage::soft::pushes_on;
-use crate::stage::things::{is_movable, pushed};
+use crate::stage::things::{Picked, is_movable, pushed};
 use crate::tools::Tools;
 use crate::view::navigation::Drag;
 use crate::view::{Mode, View};
@@ -40,6 +41,8 @@ pub(crate) struct Hands {
     drag: Option<Drag>,
     /// Place of the press of the left button, pixels, and the pull that it may become, until it is a click or a pull.
     pressed: Option<(DVec2, Pull)>,
+    /// Place of the press of the right button on what it would push if that were selected, pixels.
+    missed: Option<DVec2>,
     fingers: Fingers,
     /// The place about which two fingers move the camera, m.
     pivot: Option<DVec3>,
@@ -282,6 +285,16 @@ impl Hands {
         ui.button(button, false);
         if button != Button::Left {
             self.drag = None;
+            // A click: a drag that began there turned the camera.
+            if self
+                .missed
+                .take()
+                .filter(|_| button == Button::Right)
+                .is_some_and(|at| at.distance(view.pointer) <= click)
+            {
+                let what = "click a body first: a right click pushes what is selected";
+                stage.notices.say(Topic::Other, what);
+            }
             return Vec::new();
         }
         let mut intents = Vec::new();
@@ -370,6 +383,10 @@ impl Hands {
             self.drag = Some(Drag::Orbit(view.pivot(stage)));
         }
         let Some((hit, body)) = hit.and_then(|hit| Some((hit, hit.pushed?))) else {
+            let movable = |hit: Picked| is_movable(&stage.sim().world, hit.entity);
+            let pushes = moves_camera && !view.by_finger && stage.sim().scene.push.is_some();
+            let missed = pushes && view.cast(stage, &ray).is_some_and(movable);
+            self.missed = missed.then_some(view.pointer);
             return Vec::new();
         };
         let (at, newtons) = (ray.at(hit.distance), ray.direction() * view.click_force);
@@ -381,14 +398,14 @@ impl Hands {
     /// Ends everything that held mouse buttons do.
     pub fn let_go(&mut self, reach: &mut Reach<'_>) {
         self.selecting = false;
-        (self.drag, self.pressed) = (None, None);
+        (self.drag, self.pressed, self.missed) = (None, None, None);
         reach.stage.set_pull(None);
         reach.tools.each().for_each(|(_, tool)| tool.abandon_drag());
     }
 
     /// Forgets the press, which was in another world.
     pub const fn forget_world(&mut self) {
-        self.pressed = None;
+        (self.pressed, self.missed) = (None, None);
     }
 
     /// Changes between the two modes.

@@ -49,7 +49,7 @@ pub(super) fn lay_out(
         learn::page(&context, ui.view, &mut tools.learn, &mut desk);
     }
     if docks && tools.learn.welcome {
-        let place = ui.view.center_bottom() - egui::Vec2::Y * WELCOME_ABOVE;
+        let place = ui.cockpit.free.center_bottom() - egui::Vec2::Y * WELCOME_ABOVE;
         learn::welcome(&context, place, &mut tools.learn, &mut intents);
     }
     let has_windows = stage.options().words != Words::Paper;
@@ -70,8 +70,8 @@ pub(super) fn lay_out(
         windows.push((panel, shown.map(|shown| shown.response.rect), desk.closes));
     }
     if let Some(question) = &ui.question {
-        let scene = &stage.sim().scene;
-        intents.extend(ask(&context, question, &scene.name, &tools.editor.file_to_save(scene)));
+        let file = tools.editor.file_to_save(&stage.sim().scene);
+        intents.extend(ask(&context, question, &file));
     }
     windows.iter().filter(|(.., closes)| *closes).for_each(|(panel, ..)| ui.close(*panel));
     show_focus(&context);
@@ -82,6 +82,9 @@ pub(super) fn lay_out(
     let painter = context.layer_painter(LayerId::new(egui::Order::Background, Id::unique("hud")));
     let painter = painter.with_clip_rect(if docks { ui.cockpit.free } else { ui.view });
     let has_all = words == Words::All;
+    let scene = &stage.sim().scene;
+    let has_springs = !scene.springs.is_empty() || !scene.soft_bodies.is_empty();
+    view.margins = has_springs && tools.spring_ratio().is_some();
     let mut taken = if has_all { hud::places(&painter, stage, view) } else { Vec::new() };
     // In the cockpit an open lesson says what there is to see.
     if (docks && !ui.shows(Panel::Learn)) || words == Words::Captions {
@@ -96,6 +99,10 @@ pub(super) fn lay_out(
         taken.push(marks::ring_place(&painter, &marked));
     }
     taken.extend(tools.editor.places(stage, view, &painter));
+    taken.extend(view.write_pull(stage, &painter));
+    if view.is_own_look(stage) {
+        taken.extend(view.write_flash(stage, &painter));
+    }
     marks::show(&painter, &view.visible_labels(stage), &mut taken);
     taken.extend(view.fault_mark(stage).map(|mark| marks::show_mark(&painter, &mark)));
     for (panel, tool) in tools.each() {
@@ -105,10 +112,6 @@ pub(super) fn lay_out(
     }
     if has_all {
         hud::show(&painter, stage, view);
-    }
-    view.write_pull(stage, &painter);
-    if view.is_own_look(stage) {
-        view.write_flash(stage, &painter);
     }
     let selected = stage
         .selection()
@@ -121,10 +124,10 @@ pub(super) fn lay_out(
 }
 
 /// Asks a question.
-fn ask(context: &egui::Context, question: &Question, scene: &str, file: &str) -> Option<Intent> {
+fn ask(context: &egui::Context, question: &Question, file: &str) -> Option<Intent> {
     let (words, answers) = match question {
         Question::Leaving(_) => (
-            format!("The changes of {scene} are not saved."),
+            "The changes of this scene are not saved.".to_owned(),
             vec![
                 (format!("Save as {file}"), Answer::Save),
                 ("Discard them".to_owned(), Answer::Discard),

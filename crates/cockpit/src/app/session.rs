@@ -330,8 +330,12 @@ impl Session {
             Act::ToggleGravity => self.toggle_gravity(),
             Act::ResetWorld => {
                 self.stage.reset();
-                self.view.locked = None;
+                let followed = self.view.locked.take().is_some();
                 self.follow();
+                // Otherwise it would stay where nothing is any more; the tutorial leaves it there.
+                if followed && self.view.has_bars() {
+                    self.view.reset_camera(&self.stage);
+                }
             }
             Act::ResetCamera => self.view.reset_camera(&self.stage),
             Act::LockCamera => self.view.toggle_lock(&self.stage),
@@ -526,9 +530,11 @@ impl Session {
         }
     }
 
-    /// Restarts, paused, with `scene`, another text of the current scene. Keeps camera, click force and what is drawn.
+    /// Restarts, paused, with `scene`, another text of the current scene. Keeps click force and what is drawn, and
+    /// the camera unless the selection leaves the view.
     fn restart_with(&mut self, scene: Scene, select: Option<&str>) {
         let offset = offset_in_entry(&self.stage, select);
+        let was_seen = self.sees_selection() != Some(false);
         let (before, pace) = (Arc::clone(&self.stage.sim().scene), self.stage.playback().pace());
         self.stage.open(scene);
         self.stage.playback_mut().set_paused(true);
@@ -537,6 +543,17 @@ impl Session {
         self.begin_scene(true);
         self.tools.forecast_begin(&mut self.stage, 1.0 / DEFAULT_FPS);
         self.stage.select(select.and_then(|path| entity_at(&self.stage, path, offset)));
+        // A typed place may be anywhere.
+        let keeps = self.stage.sim().scene.camera == before.camera;
+        if self.view.has_bars() && keeps && was_seen && self.sees_selection() == Some(false) {
+            self.view.frame_all(&self.stage);
+        }
+    }
+
+    /// Whether the middle of the selection is in the view, if there is a selection.
+    fn sees_selection(&self) -> Option<bool> {
+        let place = self.stage.drawn_position(self.stage.selection()?)?;
+        Some(self.view.seen_at(place).is_some_and(|(_, inside)| inside))
     }
 
     fn begin_scene(&mut self, rewritten: bool) {
@@ -652,7 +669,7 @@ impl Session {
                 self.act(Act::ResetCamera);
                 // Works without the bars, too; the key does not.
                 if self.view.should_be_framed(&self.stage) {
-                    self.view.frame_all(&self.stage);
+                    self.view.frame_start(&self.stage);
                 }
             }
         }

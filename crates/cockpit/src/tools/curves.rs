@@ -54,6 +54,12 @@ pub(crate) fn show(
         let plot = times.into_iter().flatten().fold(plot, Plot::include_x);
         values.into_iter().flatten().fold(plot, Plot::include_y)
     });
+    // Without these, a plot before the first tick is days wide.
+    let all = || curves.iter().flat_map(|(_, points)| points);
+    let plot =
+        if all().all(|[time, _]| *time <= 0.0) { plot.include_x(0.0).include_x(1.0) } else { plot };
+    let is_zero = all().all(|[_, value]| *value == 0.0);
+    let plot = if is_zero { plot.include_y(-1.0).include_y(1.0) } else { plot };
     let visuals = ui.visuals().clone();
     plot.show(ui, |plot| {
         for (curve, points) in curves {

@@ -12,7 +12,7 @@ pub(crate) mod selected;
 
 use std::path::Path;
 
-use egui::{Align2, CollapsingHeader, Painter, Rect, RichText, TextEdit, Ui};
+use egui::{Align2, CollapsingHeader, Key, Painter, Rect, RichText, TextEdit, Ui};
 use glam::DVec3;
 use motion::{Substeps, TimeStep};
 use render::Frame;
@@ -20,7 +20,7 @@ use report::numbers::{capital, rounded};
 use scene::{Scene, TextEdit as SceneEdit};
 
 use self::document::Document;
-use self::form::{Form, LISTS, TITLES};
+use self::form::{EARTH, Form, LISTS, TITLES};
 use self::free::free_move;
 use self::handles::Handle;
 use self::parts::{PARTS, Place, rounded_to_multiple, triple};
@@ -31,7 +31,7 @@ use crate::intent::Intent;
 use crate::stage::Stage;
 use crate::tools::tool::{Anchor, Desk, Tool};
 use crate::view::art::wells;
-use crate::view::labels::Label;
+use crate::view::labels::{Label, around};
 use crate::view::marks::{self, FAULT, POINTER};
 use crate::view::{Mode, View, inks};
 use crate::words::{label, plain};
@@ -118,10 +118,15 @@ impl Editor {
         self.typed_file.clone().unwrap_or_else(own)
     }
 
-    /// The places of the arrows over the picture, points.
+    /// The places of the arrows and rings over the picture, points.
     pub fn places(&self, stage: &Stage, view: &View, painter: &Painter) -> Vec<Rect> {
-        let seen = if self.has_handles { handles::seen(stage, view, painter) } else { Vec::new() };
-        seen.into_iter().map(|([a, b], _)| Rect::from_two_pos(a, b).expand(4.0)).collect()
+        if !self.has_handles {
+            return Vec::new();
+        }
+        let arrows = handles::seen(stage, view, painter).into_iter();
+        let arrows = arrows.map(|([a, b], _)| Rect::from_two_pos(a, b).expand(4.0));
+        let rings = bare_wells(&stage.sim().scene, view);
+        arrows.chain(rings.iter().map(|well| marks::ring_place(painter, well))).collect()
     }
 
     /// Forgets what is being typed, and what is being dragged.
@@ -145,16 +150,18 @@ impl Editor {
             sim.scene.bodies.get(sim.id(sim.named(name)?)? as usize)
         };
         let (one, other) = (body(from)?, body(to)?);
+        let sim = stage.sim();
+        let entry = sim.named(to).and_then(|to| sim.scene.entry_of(sim.id(to)?));
         let inverse: f64 = [one, other].iter().filter_map(|body| body.inverse_mass).sum();
         let reduced = if inverse > 0.0 { 1.0 / inverse } else { 1.0 };
         let length = one.position.distance(other.position);
         let spring = parts::spring([from, to], reduced, length, substep(stage));
-        Some(Intent::Rewrite(vec![SceneEdit::add("springs", spring)], selected_path(stage)))
+        let select = entry.map(|entry| entry.path());
+        Some(Intent::Rewrite(vec![SceneEdit::add("springs", spring)], select))
     }
 
     fn file_row(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
         let scene = &desk.stage.sim().scene;
-        let unsaved = self.is_unsaved(scene);
         let [can_undo, can_redo] = self
             .document
             .as_ref()
@@ -168,16 +175,15 @@ impl Editor {
                 }
             }
             let mut file = self.file_to_save(scene);
-            let field = ui.add(TextEdit::singleline(&mut file).desired_width(150.0));
-            if field.on_hover_text("file, in the working directory unless it has folders").changed()
-            {
+            let field = ui.add(TextEdit::singleline(&mut file).desired_width(110.0));
+            let field = field.on_hover_text("file, in the working directory unless it has folders");
+            if field.changed() {
                 self.typed_file = Some(file.clone());
             }
-            if ui.button("Save scene").on_hover_text("Ctrl+Shift+S").clicked() {
+            let enter = field.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
+            let save = ui.button("Save").on_hover_text("the scene into this file (Ctrl+Shift+S)");
+            if save.clicked() || enter {
                 desk.intents.push(Intent::Act(Act::SaveScene));
-            }
-            if unsaved {
-                ui.weak("not saved");
             }
         });
     }
@@ -217,6 +223,13 @@ impl Editor {
             let what = "between two bodies, or points of soft bodies, that are clicked next";
             if spring.on_hover_text(what).clicked() {
                 self.spring_ends = (!is_joining).then(Vec::new);
+            }
+            let scene = &desk.stage.sim().scene;
+            let gravity = scene.gravity.is_none().then(|| ui.button("Gravity"));
+            if gravity.is_some_and(|gravity| gravity.on_hover_text("downward, 9.8 m/s²").clicked())
+            {
+                let gravity = SceneEdit::set("", "gravity", EARTH);
+                desk.intents.push(Intent::Rewrite(vec![gravity], selected_path(desk.stage)));
             }
             if ui.button("Well").on_hover_text("attracts every body, as 1/r²").clicked() {
                 let Place { at, size, .. } = place(desk.stage, desk.view);
@@ -313,17 +326,9 @@ impl Editor {
         let mut changes = Vec::new();
         self.form.group(ui, scene, &path, |_| true, &mut changes);
         if entry.list == "bodies" {
-            let is_own = |id: &u32| entry.bodies.contains(id);
-            let holds =
-                scene.springs.iter().take(TITLES).map(|spring| spring.ends.iter().any(is_own));
-            let rides = scene
-                .emitters
-                .iter()
-                .take(TITLES)
-                .map(|emitter| emitter.rides_on.iter().any(is_own));
-            let own = [("springs", holds.collect::<Vec<_>>()), ("emitters", rides.collect())];
-            for (list, are_own) in own {
-                for index in (0..are_own.len()).filter(|index| are_own[*index]) {
+            let body = scene.names.get(entry.bodies.start).unwrap_or_default();
+            for list in LISTS {
+                for index in self.form.naming(scene, list, &body) {
                     self.list_entry(ui, scene, list, index, true, &mut changes);
                 }
             }
@@ -421,7 +426,8 @@ impl Editor {
         changes: &mut Vec<SceneEdit>,
     ) {
         let path = format!("{list}[{index}]");
-        let title = self.form.titles(scene, list).get(index).cloned().unwrap_or_default();
+        let titles = self.form.titles(scene, list);
+        let title = titles.get(index).map(|(title, _)| title.clone()).unwrap_or_default();
         CollapsingHeader::new(title).id_salt(&path).default_open(is_open).show(ui, |ui| {
             if ui.button("Remove").clicked() {
                 changes.extend(scene.without(&path));
@@ -559,19 +565,32 @@ impl Tool for Editor {
         _panel: Option<Rect>,
         mut taken: Vec<Rect>,
     ) {
+        let first = self.spring_ends.iter().flatten().next();
+        let first = first.and_then(|name| view.label(stage, stage.sim().named(name)?, "", around));
+        if let Some((_, end)) = first {
+            marks::ring(painter, &end, &[(2.0, POINTER)]);
+        }
         if self.has_handles {
             handles::paint_handles(stage, view, painter);
-            let label = |well| {
-                let (at, _) = view.seen_at(well).filter(|(_, inside)| *inside)?;
-                Some(Label { at, reach: WELL_PX, text: "well".to_owned() })
-            };
-            let wells: Vec<_> = wells(&stage.sim().scene).into_iter().filter_map(label).collect();
+            let wells = bare_wells(&stage.sim().scene, view);
             for well in &wells {
                 marks::ring(painter, well, &[(2.0, POINTER)]);
+                // Its own words are beside it.
+                taken.retain(|place| *place != marks::ring_place(painter, well));
             }
             marks::show(painter, &wells, &mut taken);
         }
     }
+}
+
+/// What marks the wells that are seen and where no body is.
+fn bare_wells(scene: &Scene, view: &View) -> Vec<Label> {
+    let is_bare = |well: &DVec3| !scene.bodies.iter().any(|body| body.position == *well);
+    let label = |well| {
+        let (at, _) = view.seen_at(well).filter(|(_, inside)| *inside)?;
+        Some(Label { at, reach: WELL_PX, text: "well".to_owned() })
+    };
+    wells(scene).into_iter().filter(is_bare).filter_map(label).collect()
 }
 
 /// Requests changes of the scene's text, if there are any. If an entry is renamed, the references to its bodies follow.
@@ -612,8 +631,8 @@ fn place(stage: &Stage, view: &mut View) -> Place {
     let [_, size_px] = view.view_area();
     let ray = view.viewpoint().ray_through(size_px / 2.0, size_px);
     let hit = view.cast(stage, &ray).map(|hit| hit.distance);
-    // Beside the others, as deep in the picture as their middle.
-    let depth = || Some((View::middle(stage)? - ray.origin()).dot(ray.direction()));
+    // Beside the others, as far away as their middle, wherever they are.
+    let depth = || Some(View::middle(stage)?.distance(ray.origin()));
     let distance = hit.or_else(depth).filter(|far| *far > 0.0).unwrap_or(AWAY).max(NEAREST);
     let size = rounded_1_2_5(SIZE * distance);
     let at = match hit {

@@ -35,7 +35,7 @@ impl Tool for Timeline {
         mouse_hint(ui, desk.view);
         match &desk.stage.recorder().within(desk.stage.sim()) {
             Some(within) => scrubber(ui, within, desk.stage, width, desk.intents),
-            None => drop(ui.label("no timeline: too many bodies, or this run is not recorded")),
+            None => drop(ui.label("No timeline: too many bodies, or this run is not recorded.")),
         }
         quarantined(ui, desk.stage);
     }
@@ -65,19 +65,24 @@ fn scrubber(ui: &mut Ui, within: &Within, stage: &Stage, width: f32, intents: &m
     }
     marks(ui, within, width);
     ui.horizontal(|ui| {
-        let back = [("|<", first), ("<", within.at.saturating_sub(1).max(first))];
-        for (text, to) in back.into_iter().chain([(">|", last)]) {
-            if ui.add_enabled(within.at != to, egui::Button::new(text)).clicked() {
+        let before = within.at.saturating_sub(1).max(first);
+        for (text, what, to) in [
+            ("|<", "the oldest tick that is kept", first),
+            ("<", "one tick back (,)", before),
+            (">|", "the newest tick", last),
+        ] {
+            let button = ui.add_enabled(within.at != to, egui::Button::new(text));
+            if button.on_hover_text(what).clicked() {
                 intents.push(Intent::Seek(to));
             }
         }
         if let Some(good) = stage.recorder().last_good()
-            && ui.button("last good tick").clicked()
+            && ui.button("Last good tick").clicked()
         {
             intents.push(Intent::Seek(good));
         }
         if ui
-            .button("save bundle")
+            .button("Save bundle")
             .on_hover_text("one file that `sandbox replay` runs again")
             .clicked()
         {
@@ -89,19 +94,20 @@ fn scrubber(ui: &mut Ui, within: &Within, stage: &Stage, width: f32, intents: &m
         ui.colored_label(color, format!("at {}: {}", times.words(fault.tick), fault.what));
     }
     if within.left > 0 {
-        ui.label(format!("seeking: {} ticks left to simulate again", within.left));
+        ui.label(format!("Seeking: {} ticks left to simulate again", within.left));
     } else if within.at < *within.range.end() {
         ui.label(match within.repeats {
-            true => "continuing from here repeats what came after; any change drops it",
-            false => "continuing from here drops what came after",
+            true => "Continuing from here repeats what came after; any change drops it.",
+            false => "Continuing from here drops what came after.",
         });
     } else if stage.playback().paused() {
-        ui.label("the present, paused");
+        ui.label("The present, paused.");
     }
     let mebibytes = |bytes: usize| bytes as f64 / f64::from(1 << 20);
     ui.weak(format!(
-        "snapshots: {}, {:.2} of {:.0} MiB",
-        within.keyframes.len(),
+        "The last minute: {} to {}, in {:.2} of {:.0} MiB",
+        times.words(first),
+        times.words(last),
         mebibytes(within.bytes),
         mebibytes(within.cap)
     ));

@@ -1,7 +1,7 @@
 //! The flash of a push by a click: an arrow at the pushed body, with the force and the speed that it gave.
 
 use bevy_ecs::prelude::*;
-use egui::{Align2, FontId, Painter, Vec2};
+use egui::{Align2, FontId, Painter, Rect, Vec2};
 use glam::DVec3;
 use motion::{PhysicsBody, TimeStep};
 use render::{Frame, Line};
@@ -60,11 +60,9 @@ impl View {
     }
 
     /// Writes the newtons, and the speed that one tick of them gives, at the arrow.
-    pub(crate) fn write_flash(&self, stage: &Stage, painter: &Painter) {
-        let Some((flash, [tail, _])) = self.flash.as_ref().zip(self.flash_arrow(stage)) else {
-            return;
-        };
-        let Some((at, true)) = self.seen_at(tail) else { return };
+    pub(crate) fn write_flash(&self, stage: &Stage, painter: &Painter) -> Option<Rect> {
+        let (flash, [tail, _]) = self.flash.as_ref().zip(self.flash_arrow(stage))?;
+        let (at, _) = self.seen_at(tail).filter(|(_, inside)| *inside)?;
         let (world, newtons) = (&stage.sim().world, flash.newtons.length());
         let inverse_mass =
             world.get::<PhysicsBody>(flash.body).map_or(0.0, |body| body.inverse_mass);
@@ -72,13 +70,7 @@ impl View {
         let words =
             format!("{} N for one tick: {} m/s", digits(newtons), significant(speed, 2, 1e-3..1e4));
         let color = as_in_picture(color_of("push"));
-        text(
-            painter,
-            point(painter, at) + Vec2::new(0.0, 6.0),
-            Align2::CENTER_TOP,
-            &words,
-            FontId::proportional(SIZE),
-            color,
-        );
+        let at = point(painter, at) + Vec2::new(0.0, 6.0);
+        Some(text(painter, at, Align2::CENTER_TOP, &words, FontId::proportional(SIZE), color))
     }
 }

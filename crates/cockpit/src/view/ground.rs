@@ -54,11 +54,13 @@ impl Ground {
         self.floor_top.is_some_and(is_top) && is_flat(shape)
     }
 
-    /// The ground of the `next` text of the scene: it stays where it is as long as everything is above it.
+    /// The ground of the `next` text of the scene: it stays where it is as long as everything is above it, and its lines as far
+    /// apart as they are.
     pub fn changed_to(self, next: Self) -> Self {
         let stays = (self.has_up, self.floor_top, self.height.is_some())
             == (next.has_up, next.floor_top, next.height.is_some());
-        if stays && self.height <= next.height { self } else { next }
+        let height = self.height.zip(next.height).map(|(now, next)| now.min(next));
+        if stays { Self { height, ..self } } else { next }
     }
 
     pub fn of(scene: &Scene) -> Self {

@@ -250,10 +250,11 @@ fn notices<'a>(
     }
 }
 
-/// The number of bodies and of particles on the graphics device, in words.
+/// The number of bodies and of particles of emitters, in words.
 pub(crate) fn bodies(stage: &Stage) -> String {
-    let bodies = stage.sim().bodies.len();
-    let particles = stage.sim().scene.particles_on_device();
+    let scene = &stage.sim().scene;
+    let bodies = stage.sim().bodies.len() - scene.particles_in_pools();
+    let particles = scene.particles_in_pools() + scene.particles_on_device();
     let more = if particles > 0 { format!(", {particles} particles") } else { String::new() };
     format!("{bodies} {}{more}", if bodies == 1 { "body" } else { "bodies" })
 }
@@ -289,6 +290,9 @@ fn state(stage: &Stage, view: &View) -> Vec<(String, Color32)> {
     if view.has_bars() && view.velocity_arrows {
         lines.push((format!("velocity arrows: 1 m is {} m/s", VELOCITY_SCALE.recip()), THIN));
     }
+    if view.margins {
+        lines.push(("springs: green is calm, red at the limit of stability (V)".to_owned(), THIN));
+    }
     if let Some(newtons) = view.force_scale {
         lines.push((format!("force arrows: 1 m is {newtons} N"), THIN));
         lines.extend(
@@ -302,7 +306,7 @@ fn state(stage: &Stage, view: &View) -> Vec<(String, Color32)> {
         lines.push((format!("{} speed", pace_words(pace)), WARNING));
     }
     if stage.playback().paused() {
-        lines.push(("paused: P continues, . steps".to_owned(), WARNING));
+        lines.push(("paused: P continues, \".\" steps".to_owned(), WARNING));
     }
     if let Some(thing) = view.locked.and_then(|thing| thing.entity(stage.sim())) {
         lines.push((format!("following {}: L stops", stage.name(thing)), THIN));

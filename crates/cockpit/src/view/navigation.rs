@@ -50,7 +50,8 @@ impl View {
             return ray.at(hit.distance);
         }
         let selected = stage.selection().and_then(|thing| stage.drawn_position(thing));
-        selected.or_else(|| Some(extent(stage, None)?.0)).unwrap_or_else(|| ray.at(OF_A_POINT))
+        let all = || Some(extent(stage, None, now(stage))?.0);
+        selected.or_else(all).unwrap_or_else(|| ray.at(OF_A_POINT))
     }
 
     /// Moves the camera by a drag of `by` pixels; a point has `pixels_per_point` pixels.
@@ -93,18 +94,23 @@ impl View {
 
     /// The middle of what [`frame`](Self::frame) frames, m.
     pub(crate) fn middle(stage: &Stage) -> Option<DVec3> {
-        extent(stage, stage.selection()).map(|(middle, _)| middle)
+        extent(stage, stage.selection(), now(stage)).map(|(middle, _)| middle)
     }
 
     /// Puts the selection or, without one, all bodies but floors, scenery and particles into the middle of the view, without
     /// turning the camera.
     pub(crate) fn frame(&mut self, stage: &Stage) {
-        self.frame_ball(extent(stage, stage.selection()));
+        self.frame_ball(extent(stage, stage.selection(), now(stage)));
     }
 
     /// Puts all bodies but floors, scenery and particles into the middle of the view, without turning the camera.
     pub(crate) fn frame_all(&mut self, stage: &Stage) {
-        self.frame_ball(extent(stage, None));
+        self.frame_ball(extent(stage, None, now(stage)));
+    }
+
+    /// The same with everything where it is at the start.
+    pub(crate) fn frame_start(&mut self, stage: &Stage) {
+        self.frame_ball(extent(stage, None, at_start(stage)));
     }
 
     fn frame_ball(&mut self, ball: Option<(DVec3, f64)>) {
@@ -119,7 +125,7 @@ impl View {
     /// which no scene is made.
     #[must_use]
     pub fn should_be_framed(&self, stage: &Stage) -> bool {
-        let Some((middle, radius)) = extent(stage, None) else { return false };
+        let Some((middle, radius)) = extent(stage, None, at_start(stage)) else { return false };
         let [_, size] = self.view_area();
         let is_upright = self.has_bars() && size.y > size.x;
         is_upright
@@ -167,7 +173,7 @@ impl View {
         self.camera.reset();
         self.locked = None;
         if self.has_bars() && self.should_be_framed(stage) {
-            self.frame_all(stage);
+            self.frame_start(stage);
         }
     }
 
@@ -193,9 +199,23 @@ fn is_particle(stage: &Stage, thing: Entity) -> bool {
     stage.sim().id(thing).is_some_and(|id| stage.sim().scene.is_particle(id))
 }
 
+/// The places of things now, m.
+fn now(stage: &Stage) -> impl Fn(Entity) -> Option<DVec3> + '_ {
+    move |thing| stage.drawn_position(thing)
+}
+
+/// The places of bodies at the start, m.
+fn at_start(stage: &Stage) -> impl Fn(Entity) -> Option<DVec3> + '_ {
+    move |thing| Some(stage.sim().scene.bodies.get(stage.sim().id(thing)? as usize)?.position)
+}
+
 /// Middle and radius of `one` thing or, without it, of all bodies but floors, scenery and particles, with the ends of springs as
-/// far as they swing, m; of everything in a scene without such bodies.
-fn extent(stage: &Stage, one: Option<Entity>) -> Option<(DVec3, f64)> {
+/// far as they swing, m; of everything in a scene without such bodies. `place` says where each is.
+fn extent(
+    stage: &Stage,
+    one: Option<Entity>,
+    place: impl Fn(Entity) -> Option<DVec3>,
+) -> Option<(DVec3, f64)> {
     let (sim, scene) = (stage.sim(), &stage.sim().scene);
     let shape = |thing: Entity| sim.world.get::<Shape>(thing);
     let is_subject = |thing: &Entity| {
@@ -214,7 +234,7 @@ fn extent(stage: &Stage, one: Option<Entity>) -> Option<(DVec3, f64)> {
     }
     let balls = things.iter().filter_map(|thing| {
         let radius = shape(*thing).map_or(0.0, Shape::bounding_radius);
-        Some((stage.drawn_position(*thing)?, radius)).filter(|(place, _)| place.is_finite())
+        Some((place(*thing)?, radius)).filter(|(place, _)| place.is_finite())
     });
     let whole = one.is_none();
     let emitters = scene.emitters.iter().filter(|_| whole);

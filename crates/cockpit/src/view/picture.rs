@@ -195,12 +195,11 @@ impl View {
                 Particle { position: position.to_array(), radius_m, color: [r, g, b, alpha] }
             };
             match (fade, crossing) {
-                (Some(fade), None) => {
+                (Some(fade), _) => {
                     let streak = (velocity * EXPOSURE_S).as_vec3().to_array();
                     let (position, color) = (position.to_array(), [*r, *g, *b, *fade]);
                     frame.sprites.push(Sprite { position, radius_m, streak, _pad: 0.0, color });
                 }
-                (Some(_), Some(_)) => {}
                 (None, Some(crossing)) => {
                     let alpha = if is_marked { MARKED } else { HIDDEN };
                     let color = [*r, *g, *b, 1.0];

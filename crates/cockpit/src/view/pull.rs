@@ -1,6 +1,6 @@
 //! The pull by the pointer, in the picture.
 
-use egui::{Align2, FontId, Painter, Vec2};
+use egui::{Align2, FontId, Painter, Rect, Vec2};
 use glam::DVec3;
 use render::{Frame, Line};
 
@@ -27,22 +27,27 @@ impl View {
         ray.at(depth / ray.direction().dot(self.viewpoint().forward()))
     }
 
-    /// Draws an arrow from the place that was grabbed to where the pointer wants it.
+    /// Draws a line from the place that was grabbed to where the pointer wants it. It is no arrow: its damping may push the body
+    /// the other way.
     pub(super) fn add_pull(&self, stage: &Stage, frame: &mut Frame) {
         let Some(pull) = &stage.here().pull else { return };
         let Some(middle) = stage.drawn_position(pull.body) else { return };
         let ends = [middle + pull.offset, self.pulled_toward(pull.depth)];
         let [taken, wanted] = ends.map(|place| (place - self.camera.position).as_vec3());
-        Line::arrow(&mut frame.lines, taken, wanted, COLOR, 3.0);
+        frame.lines.push(Line::new(taken, wanted, COLOR, 3.0));
     }
 
-    /// Writes the force beside the pointer.
-    pub(crate) fn write_pull(&self, stage: &Stage, painter: &Painter) {
-        let Some(pull) = &stage.here().pull else { return };
+    /// Writes the force beside the pointer, or why there is none.
+    pub(crate) fn write_pull(&self, stage: &Stage, painter: &Painter) -> Option<Rect> {
+        let pull = stage.here().pull.as_ref()?;
         let limit = if pull.limited { ", the most" } else { "" };
-        let words = format!("{} N{limit}", report::numbers::digits(pull.newtons));
+        let words = match stage.playback().paused() {
+            true => "Paused: Play pulls it".to_owned(),
+            false => format!("{} N{limit}", report::numbers::digits(pull.newtons)),
+        };
         let at = point(painter, self.pointer);
         let font = FontId::proportional(SIZE);
-        text(painter, at + Vec2::new(14.0, -10.0), Align2::LEFT_BOTTOM, &words, font, THIN);
+        let at = at + Vec2::new(14.0, -10.0);
+        Some(text(painter, at, Align2::LEFT_BOTTOM, &words, font, THIN))
     }
 }

@@ -2,6 +2,7 @@
 
 use bevy_ecs::prelude::*;
 use egui::{Rect, Ui};
+use motion::Gravity;
 
 use crate::actions::Act;
 use crate::app::cockpit::bar;
@@ -22,6 +23,9 @@ pub(super) fn show(
     intents: &mut Vec<Intent>,
 ) {
     let Some(words) = words(stage, view, seen) else { return };
+    // Otherwise everything falls again.
+    let falls = stage.sim().world.get_resource::<Gravity>().is_some_and(|gravity| gravity.on)
+        && view.all_fell_through(stage);
     bar(root, "away", free, |ui| {
         ui.label(words);
         for (words, act) in [("Reset", Act::ResetWorld), ("First view", Act::ResetCamera)] {
@@ -37,6 +41,11 @@ pub(super) fn show(
                 intents.push(Intent::Act(Act::NextBody));
             }
             intents.push(Intent::Act(Act::LockCamera));
+        }
+        let off = Act::ToggleGravity;
+        let tip = off.binding().tooltip();
+        if falls && ui.button("Gravity off").on_hover_text(tip).clicked() {
+            intents.push(Intent::Act(off));
         }
     });
 }

@@ -20,8 +20,8 @@ use crate::view::View;
 use crate::view::card::{self, Selected};
 use crate::view::hud::bodies;
 
-/// Height of a tile, points: three lines.
-const TILE: f32 = 58.0;
+/// Height of a tile, points: four lines.
+const TILE: f32 = 76.0;
 
 /// The panels whose sections are open.
 pub(super) struct OpenPanels<'a> {
@@ -40,7 +40,7 @@ pub(super) fn show(
     tools: &mut Tools,
     intents: &mut Vec<Intent>,
 ) -> Response {
-    let first = tabs(ui, tab);
+    let first = tabs(ui, tab, opened, intents);
     ui.separator();
     ScrollArea::vertical().id_salt(*tab as usize).auto_shrink(false).show(ui, |ui| {
         match *tab {
@@ -77,8 +77,8 @@ pub(super) fn show(
     first
 }
 
-/// Lays out the row of tabs. Returns the first one.
-fn tabs(ui: &mut Ui, chosen: &mut Tab) -> Response {
+/// Lays out the row of tabs. Returns the first one. A tab that would be empty opens its first panel.
+fn tabs(ui: &mut Ui, chosen: &mut Tab, opened: &[Panel], intents: &mut Vec<Intent>) -> Response {
     let row = ui.horizontal_wrapped(|ui| {
         let buttons = Tab::ALL.map(|tab| {
             let [icon, name, what] = tab.words();
@@ -92,6 +92,11 @@ fn tabs(ui: &mut Ui, chosen: &mut Tab) -> Response {
             }
             if button.clicked() {
                 *chosen = tab;
+                let own =
+                    || PANELS.iter().map(|(panel, _)| *panel).filter(|it| it.tab() == Some(tab));
+                if matches!(tab, Tab::Build | Tab::Past) && !own().any(|it| opened.contains(&it)) {
+                    intents.extend(own().next().map(|panel| Intent::Act(Act::Panel(panel))));
+                }
             }
             button
         });

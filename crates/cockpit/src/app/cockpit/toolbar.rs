@@ -245,7 +245,8 @@ fn substeps(ui: &mut Ui, stage: &Stage, substeps: &mut Substepping) {
         None => {
             let mut number = substeps.least();
             let range = 1.0..=f64::from(Substeps::MOST);
-            count_field(ui, &mut number, range, " substeps per tick")
+            let unit = if number == 1 { " substep per tick" } else { " substeps per tick" };
+            count_field(ui, &mut number, range, unit)
                 .on_hover_text("more are more accurate and cost more time");
             *substeps = number.into();
         }

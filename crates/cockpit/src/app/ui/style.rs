@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use egui::style::Spacing;
+use egui::style::{ScrollStyle, Spacing};
 use egui::{Color32, Context, FontData, FontDefinitions, FontFamily, FontTweak, Theme, Visuals};
 
 use crate::app::ui::Ui;
@@ -65,6 +65,8 @@ pub(super) fn install(context: &Context) {
         style.animation_time = 0.0;
         // A click beside a button goes into the scene.
         style.interaction.interact_radius = 0.0;
+        // Seen without the pointer over it: what scrolls must look as if it does.
+        style.spacing.scroll = ScrollStyle::thin();
     });
     let mut dark = Visuals::dark();
     // As bright as the tutorial's texts.
@@ -383,7 +385,9 @@ mod tests {
                     let is_file = words.ends_with(".ron") || words.ends_with(shipped.name);
                     let has = |part| words.contains(part);
                     let is_plain = !["_", "[", "--", "w h", ", line "].into_iter().any(has);
-                    let is_value = tab == Tab::Build && words.starts_with(['[', '(']);
+                    let curve = |kind| words.starts_with(kind);
+                    let is_curve = ["polynomial(", "sine(", "table("].into_iter().any(curve);
+                    let is_value = tab == Tab::Build && (words.starts_with(['[', '(']) || is_curve);
                     assert!(
                         is_plain || is_named || is_file || is_value,
                         "{}: {words:?}",

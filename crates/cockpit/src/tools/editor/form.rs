@@ -14,11 +14,15 @@ use crate::words::{label, plain};
 /// Lists whose entries have no body to be selected by.
 pub(super) const LISTS: [&str; 5] = ["wells", "thrusts", "moves", "emitters", "springs"];
 
-/// Width of fields for text, points.
-const FIELD: f32 = 200.0;
+/// Width of labels and of values, points: of all groups, so that they are below each other.
+const LABEL: f32 = 84.0;
+const FIELD: f32 = 140.0;
 
 /// Greatest number of entries of a list that are shown.
 pub(super) const TITLES: usize = 50;
+
+/// Gravity near the ground.
+pub(super) const EARTH: &str = "(acceleration_m_s2: (0.0, -9.8, 0.0))";
 
 /// First values of added keys, where their kind does not determine one.
 const BEGINNINGS: [(&str, &str); 19] = [
@@ -30,7 +34,7 @@ const BEGINNINGS: [(&str, &str); 19] = [
     ("curve", "polynomial([(0.0, 10.0, 0.0)])"),
     ("locked_axes", "[y]"),
     ("pinned", "[]"),
-    ("gravity", "(acceleration_m_s2: (0.0, -9.8, 0.0))"),
+    ("gravity", EARTH),
     ("damping", "(model: exact, rate_per_s: 0.4)"),
     ("drag", "(linear_per_s: 0.1)"),
     ("wind", "(velocity_m_s: (5.0, 0.0, 0.0))"),
@@ -64,8 +68,8 @@ pub(super) struct Form {
     root: Vec<Field>,
     /// Number of entries of each list.
     lists: HashMap<&'static str, usize>,
-    /// Titles of the entries of lists without bodies.
-    titles: HashMap<String, Vec<String>>,
+    /// Titles of the entries of lists without bodies, and the bodies that each names.
+    titles: HashMap<String, Vec<(String, Vec<String>)>>,
     /// Number of further layouts that drop what was typed, after a cancel.
     canceled: u8,
 }
@@ -129,14 +133,22 @@ impl Form {
         self.lists.get(list).copied().unwrap_or(0)
     }
 
-    /// The titles of the first entries of a list without bodies, at most [`TITLES`].
-    pub fn titles(&mut self, scene: &Scene, list: &str) -> &[String] {
+    /// The titles of the first entries of a list without bodies, at most [`TITLES`], and the bodies that each names.
+    pub fn titles(&mut self, scene: &Scene, list: &str) -> &[(String, Vec<String>)] {
         let count = self.count(list).min(TITLES);
         self.titles.entry(list.to_owned()).or_insert_with(|| {
             let paths: Vec<_> = (0..count).map(|index| format!("{list}[{index}]")).collect();
             let fields = scene.fields_of(&paths.iter().map(String::as_str).collect::<Vec<_>>());
-            paths.iter().zip(&fields).map(|(path, fields)| title(path, fields)).collect()
+            let both = paths.iter().zip(&fields);
+            both.map(|(path, fields)| (title(path, fields), bodies_in(fields))).collect()
         })
+    }
+
+    /// The first entries of a list without bodies that name `body`.
+    pub fn naming(&mut self, scene: &Scene, list: &str, body: &str) -> Vec<usize> {
+        let titles = self.titles(scene, list).iter().enumerate();
+        let naming = titles.filter(|(_, (_, bodies))| bodies.iter().any(|name| name == body));
+        naming.map(|(index, _)| index).collect()
     }
 
     /// Lays out the keys of the group at `path` that `shown` lets through; pushes what the person changed.
@@ -193,13 +205,15 @@ impl Form {
                 let (Some(value), Some(edited)) = (&field.value, edited) else { continue };
                 let (words, unit) = label(field.key);
                 ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                    ui.set_min_width(LABEL);
                     ui.weak(words).on_hover_text(field.key);
                 });
                 let name = format!("{path} {}", field.key);
-                if widget(ui, scene, [&name, field.key, unit], edited)
-                    && edited != value
-                    && self.canceled == 0
-                {
+                let changed = ui.vertical(|ui| {
+                    ui.set_min_width(FIELD);
+                    widget(ui, scene, [&name, field.key, unit], edited)
+                });
+                if changed.inner && edited != value && self.canceled == 0 {
                     changes.push(Change::set(path, field.key, edited.to_string()));
                 }
                 let removes =
@@ -243,8 +257,7 @@ const MOST_COUNT: f64 = 9_007_199_254_740_992.0;
 fn widget(ui: &mut Ui, scene: &Scene, [name, key, unit]: [&str; 3], value: &mut Value) -> bool {
     let done = |response: Response| response.drag_stopped() || response.lost_focus();
     // A longer list is no help: there, names are typed.
-    let particles: usize = scene.emitters.iter().map(|emitter| emitter.pool.len()).sum();
-    let has_few = scene.bodies.len() - particles <= MOST_PICKED;
+    let has_few = scene.bodies.len() - scene.particles_in_pools() <= MOST_PICKED;
     match value {
         Value::Flag(flag) => ui.checkbox(flag, "").changed(),
         Value::Count(count) => done(count_field(ui, count, 0.0..=MOST_COUNT, "")),
@@ -302,14 +315,14 @@ fn widget(ui: &mut Ui, scene: &Scene, [name, key, unit]: [&str; 3], value: &mut 
                 return done(ui.add(field(TextEdit::singleline(written).code_editor())));
             }
             let before = written.clone();
-            ComboBox::from_id_salt(name)
-                .selected_text(written.replace('_', " "))
-                .height(400.0)
-                .show_ui(ui, |ui| {
+            ComboBox::from_id_salt(name).selected_text(plain(written)).height(400.0).show_ui(
+                ui,
+                |ui| {
                     for word in words {
-                        ui.selectable_value(written, word.to_owned(), word.replace('_', " "));
+                        ui.selectable_value(written, word.to_owned(), plain(word));
                     }
-                });
+                },
+            );
             before != *written
         }
     }
@@ -394,6 +407,13 @@ fn shape(ui: &mut Ui, name: &str, written: &mut String) -> bool {
 fn drag(ui: &mut Ui, number: &mut f64, suffix: &str) -> Response {
     let speed = 0.01 * number.abs().max(0.1);
     number_field(ui, number, speed, suffix)
+}
+
+/// The names of bodies in the values of an entry.
+fn bodies_in(fields: &[Field]) -> Vec<String> {
+    let names = |field: &&Field| matches!(field.key, "between" | "body" | "bodies" | "rides_on");
+    let values = fields.iter().filter(names).filter_map(|field| field.value.as_ref());
+    values.flat_map(|value| quoted(&value.to_string())).collect()
 }
 
 /// The title of the entry at `path`: its path, and what names it.

@@ -81,21 +81,25 @@ fn of_margin(ui: &mut Ui, row: &ForecastRow, margin: &Margin) {
             format!("{:.0} % of its limit", 100.0 * margin.ratio())
         }
         f64::INFINITY => "no limit".to_owned(),
-        0.0 => "never stable".to_owned(),
+        0.0 if margin.is_unstable() => growth(margin.growth_per_s),
+        0.0 => "grows at any step".to_owned(),
         _ => row.verdict().to_owned(),
     };
     ui.horizontal_wrapped(|ui| {
         ui.label(with_titles(&row.element));
         ui.strong(how_near).on_hover_text(format!("{}, {}", row.value(), row.finding()));
     });
-    bar(ui, margin.ratio());
+    // Without a limit nothing is near it.
+    if margin.limit > 0.0 {
+        bar(ui, margin.ratio());
+    }
     let substeps =
         if margin.substeps > 1 { format!(" x {}", margin.substeps) } else { String::new() };
     let bodies = if margin.bodies == 1 { "body" } else { "bodies" };
     let linearized = if margin.is_linear { "" } else { ", linearized" };
     let title = margin.method.claims().title;
     ui.weak(format!("margin: {title}{substeps}, {} {bodies}{linearized}", margin.bodies));
-    if margin.is_unstable() {
+    if margin.is_unstable() && margin.limit > 0.0 {
         ui.weak(growth(margin.growth_per_s));
     }
 }

@@ -31,7 +31,7 @@ const COLUMNS: f32 = 10.0;
 /// The level of detail of the table: the highest that fits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Words {
-    /// Names, headings and three digits.
+    /// Names and three digits.
     Whole,
     /// In the dock: names and two digits.
     Docked,
@@ -46,9 +46,9 @@ pub(super) fn show(ui: &mut Ui, ghosts: &mut Ghosts, desk: &Desk<'_>) {
     let fits = |words, numbers| width(ui, &rows, words, numbers) <= ui.available_width();
     let (words, numbers) = match docks {
         false => (Words::Whole, 3),
+        // Whole names come before the last column.
         true if fits(Words::Docked, 3) => (Words::Docked, 3),
-        true if fits(Words::Short, 3) => (Words::Short, 3),
-        // Prefers two complete columns to three that do not fit.
+        true if fits(Words::Docked, 2) => (Words::Docked, 2),
         true => (Words::Short, 2),
     };
     if desk.view.mode == Mode::Camera {
@@ -56,17 +56,14 @@ pub(super) fn show(ui: &mut Ui, ghosts: &mut Ghosts, desk: &Desk<'_>) {
         ui.weak("press Q to use the mouse here");
     }
     if docks {
-        // As headings, they would be wider than the dock.
-        let rms = if numbers < 3 { "" } else { ", rms of all" };
-        ui.weak(format!("distance of {}: now, at most so far{rms}", subject(stage)));
+        ui.weak(format!("Distance of {} from the reference", subject(stage)));
     }
     Grid::new("ghosts").num_columns(4).striped(true).spacing([COLUMNS, 2.0]).show(ui, |ui| {
-        if !docks {
-            for heading in ["", subject(stage).as_str(), "at most", "rms of all"] {
-                ui.weak(heading);
-            }
-            ui.end_row();
+        let now = if docks { "now".to_owned() } else { subject(stage) };
+        for heading in ["", &now, "at most", "rms of all"].into_iter().take(1 + numbers) {
+            ui.weak(heading);
         }
+        ui.end_row();
         for row in &rows {
             line(ui, row, (solid, ghosts.twins.as_mut()), (words, numbers));
             ui.end_row();
@@ -118,7 +115,8 @@ fn name(row: &GhostRow, words: Words) -> String {
         (None, GhostState::Mixed, _) => "solid bodies".to_owned(),
         (None, ..) => "reference".to_owned(),
     };
-    if row.state == GhostState::Solid { format!("{name}, solid") } else { name }
+    let is_solid = row.state == GhostState::Solid && words == Words::Whole;
+    if is_solid { format!("{name}, solid") } else { name }
 }
 
 /// The three distances of the row, as text.
@@ -145,7 +143,11 @@ fn width(ui: &Ui, rows: &[GhostRow], words: Words, numbers: usize) -> f32 {
     };
     // The minimum width of a grid column.
     let least = ui.spacing().interact_size.x;
-    let column = |number: usize| widest(&|row| distances(row, words)[number].clone()).max(least);
+    // Of the same width whatever is measured: a column that comes and goes could not be read.
+    let column = |number: usize| {
+        let heading = ["now", "at most", "rms of all"][number];
+        of("0.000 mm".to_owned()).max(of(heading.to_owned())).max(least)
+    };
     let numbers = (0..numbers).map(|number| COLUMNS + column(number));
     BEFORE_NAME + widest(&|row| name(row, words)) + numbers.sum::<f32>()
 }
@@ -167,8 +169,11 @@ fn line(
         }
         let mut shown = row.shown && there;
         let name = if row.state == GhostState::Solid { name.strong() } else { name };
-        let box_ = ui.add_enabled(there, egui::Checkbox::new(&mut shown, name));
+        let mut box_ = ui.add_enabled(there, egui::Checkbox::new(&mut shown, name));
         let changed = box_.changed();
+        if row.state == GhostState::Solid {
+            box_ = box_.on_hover_text("the solid bodies: the method of the scene");
+        }
         if let (Words::Short, Some(method)) = (words, row.method) {
             box_.on_hover_text(method.claims().title);
         }

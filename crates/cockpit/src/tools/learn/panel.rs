@@ -20,7 +20,7 @@ pub(super) const WIDTH: f32 = 560.0;
 
 /// Height of the strip in the cockpit on a screen of that width, points. Fixed, so that the view keeps its size from step to step.
 pub(crate) fn height(width: f32) -> f32 {
-    if width < NARROW { 250.0 } else { 148.0 }
+    if width < NARROW { 250.0 } else { 168.0 }
 }
 
 /// Width of a screen on which the words of a step take several lines, points.
@@ -185,6 +185,11 @@ fn running(
             {
                 learn.go_back();
             }
+            // Last, so that the others keep their places.
+            let shows = home && learn.offers_solution(desk.stage.playback().now());
+            if shows && ui.button("Show me").on_hover_text("the solution of this step").clicked() {
+                learn.show_solution();
+            }
         });
     });
     let verdict = learn.verdict().unwrap_or_default();
@@ -207,11 +212,6 @@ fn running(
     ui.horizontal_wrapped(|ui| {
         ui.set_min_height(ANSWERS);
         goal(ui, learn, &step.goal, now);
-        if learn.offers_solution(now)
-            && ui.button("Show me").on_hover_text("the solution of this step").clicked()
-        {
-            learn.show_solution();
-        }
     });
     if let Some(hint) = learn.hint(now) {
         ui.weak(format!("Hint: {hint}"));
@@ -269,14 +269,17 @@ fn goal(ui: &mut Ui, learn: &mut Learn, goal: &Goal, now: f64) {
 }
 
 fn at_end(ui: &mut Ui, learn: &mut Learn, lesson: &Lesson, intents: &mut Vec<Intent>) {
-    if learn.helped() {
-        ui.label(
-            "A step was skipped or shown: the lesson is marked ✔ once you do all of them yourself.",
-        );
+    let helped: Vec<_> = learn.helped().map(|step| (step + 1).to_string()).collect();
+    if !helped.is_empty() {
+        ui.label(format!(
+            "The lesson is marked ✔ once you do this yourself (Previous): step {}.",
+            helped.join(", ")
+        ));
     }
-    let here = LESSONS.iter().position(|other| other.name == lesson.name);
+    let mut names = GROUPS.iter().flat_map(|(_, names)| *names);
+    let next = names.find(|name| **name == lesson.name).and_then(|_| names.next());
+    let next = next.and_then(|next| LESSONS.iter().find(|other| other.name == *next));
     ui.horizontal(|ui| {
-        let next = here.and_then(|here| LESSONS.get(here + 1));
         if let Some(next) = next.filter(|next| ui.button(format!("Next: {}", next.title)).clicked())
         {
             intents.push(Intent::OpenLesson(next.name.clone()));

@@ -59,8 +59,8 @@ struct Running {
     verdict: Option<String>,
     /// Whether the claim of that step was true.
     claim_held: bool,
-    /// Whether a step was skipped or shown.
-    helped: bool,
+    /// The steps that were skipped or shown.
+    helped: BTreeSet<usize>,
     /// The sentence about the last answer, if it was not right.
     rejection: Option<String>,
     /// What the step begins with, until that is done.
@@ -77,6 +77,8 @@ struct Running {
     tries: u32,
     /// Whether the solution of the step is played as soon as nothing is left in `begin`.
     shows: bool,
+    /// Whether the solution of the step was shown since it began.
+    is_shown: bool,
     /// Why nothing moves, if nothing does.
     stopped: Option<&'static str>,
 }
@@ -127,7 +129,7 @@ impl Learn {
             of_screen: Quantities::default(),
             verdict: None,
             claim_held: true,
-            helped: false,
+            helped: BTreeSet::new(),
             rejection: None,
             begin: Vec::new(),
             interventions: 0,
@@ -136,6 +138,7 @@ impl Learn {
             acted_at: None,
             tries: 0,
             shows: false,
+            is_shown: false,
             stopped: None,
         };
         // It continues where it was left.
@@ -157,9 +160,9 @@ impl Learn {
         Some((lesson, *step, lesson.steps.get(*step)))
     }
 
-    /// Whether a step was skipped or shown: the lesson is then not done.
-    pub fn helped(&self) -> bool {
-        self.running.as_ref().is_some_and(|running| running.helped)
+    /// The steps that were skipped or shown, from 0: with any the lesson is not done.
+    pub fn helped(&self) -> impl Iterator<Item = usize> {
+        self.running.iter().flat_map(|running| running.helped.iter().copied())
     }
 
     /// Whether the last step came out as it claims.
@@ -333,15 +336,15 @@ impl Learn {
     /// Answers the question of the current step, or begins the step again, to show its solution. The lesson is then not done.
     pub fn show_solution(&mut self) {
         let Some(running) = &mut self.running else { return };
-        running.helped = true;
         match running.step().map(|step| &step.goal) {
             Some(Goal::Number { solution, .. } | Goal::Choice { solution, .. }) => {
                 let solution = solution.clone();
+                running.is_shown = true;
                 self.answer(&solution);
             }
             Some(Goal::Done { .. }) => {
                 running.go_to(running.step);
-                running.shows = true;
+                (running.shows, running.is_shown) = (true, true);
             }
             None => {}
         }
@@ -429,8 +432,15 @@ impl Learn {
             true => Some(said).filter(|said| !said.is_empty() && !skips),
             false => Some(unlike()),
         };
+        // What ends by itself, because it was done before, is not done again.
+        let is_own = running.acted || !matches!(step.goal, Goal::Done { .. });
+        if skips || running.is_shown {
+            running.helped.insert(running.step);
+        } else if is_own {
+            running.helped.remove(&running.step);
+        }
         running.go_to(running.step + 1);
-        if running.step == running.lesson.steps.len() && !running.helped {
+        if running.step == running.lesson.steps.len() && running.helped.is_empty() {
             self.done.insert(running.lesson.name.clone());
         }
         self.typed.clear();
@@ -449,9 +459,6 @@ impl Learn {
 
     /// Skips the step.
     pub fn skip(&mut self) {
-        if let Some(running) = &mut self.running {
-            running.helped = true;
-        }
         self.end_step(true);
     }
 
@@ -472,7 +479,7 @@ impl Learn {
 impl Running {
     fn go_to(&mut self, number: usize) {
         (self.step, self.rejection, self.since, self.acted) = (number, None, None, false);
-        (self.acted_at, self.tries, self.shows) = (None, 0, false);
+        (self.acted_at, self.tries, self.shows, self.is_shown) = (None, 0, false, false);
         // At the end the last sentence keeps its numbers.
         if let Some(step) = self.lesson.steps.get(number) {
             self.begin.clone_from(&step.begin);

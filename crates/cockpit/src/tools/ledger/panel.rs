@@ -36,8 +36,9 @@ pub(super) fn show(ui: &mut Ui, stage: &Stage, ledger: &Ledger, past: &[Period],
         }
     }
     let last_second = ledger.last_second();
+    let words = RichText::new(sentence(stage, ledger)).strong();
     let color = inks::words(ui.visuals(), RESIDUAL);
-    ui.label(RichText::new(sentence(stage, ledger)).color(color).strong());
+    ui.label(if keeps_energy(ledger) { words } else { words.color(color) });
     let particles = stage.sim().scene.particles_on_device();
     if particles > 0 {
         ui.label(format!(
@@ -85,6 +86,12 @@ fn percent(share: f64) -> String {
     }
 }
 
+/// Whether the residual is rounding, or nothing was simulated.
+fn keeps_energy(ledger: &Ledger) -> bool {
+    let residual = ledger.since_opening().energy.residual;
+    ledger.seconds() <= 0.0 || residual == 0.0 || ledger.relative_residual() < ROUNDING
+}
+
 /// The sentence on what the method has done to energy.
 fn sentence(stage: &Stage, ledger: &Ledger) -> String {
     let (stepper, method) = (&stage.sim().stepper, method_of(stage));
@@ -93,10 +100,10 @@ fn sentence(stage: &Stage, ledger: &Ledger) -> String {
     if seconds <= 0.0 {
         return format!("{method}: nothing simulated yet");
     }
-    let share = ledger.relative_residual();
-    if residual == 0.0 || share < ROUNDING {
+    if keeps_energy(ledger) {
         return format!("{method} conserved energy to rounding over {time}.");
     }
+    let share = ledger.relative_residual();
     let rate = signed(ledger.last_second().energy.residual);
     let plan = stepper.plan();
     let methods = [stepper.method()].into_iter().chain(plan.own.iter().copied());
@@ -167,13 +174,16 @@ fn vectors(
         .min_row_height(0.0)
         .spacing([10.0, 0.0])
         .show(ui, |ui| {
-            heading(ui, [quantity, &format!("since open, {unit}")]);
-            row(ui, "now", [triple(now)]);
+            ui.weak(quantity);
+            ui.label(RichText::new(["x", "y", "z"].map(column).concat()).monospace().weak());
+            ui.end_row();
+            row(ui, &format!("now, {unit}"), [triple(now)]);
+            heading(ui, ["since open"]);
             for (name, sum, _) in &lines {
                 row(ui, name, [triple(*sum)]);
             }
             emphasised(ui, ["residual".to_owned(), triple(sums.residual)]);
-            heading(ui, ["", &format!("last second, {rate_unit}")]);
+            heading(ui, [&format!("last second, {rate_unit}")]);
             for (name, _, rate) in &lines {
                 row(ui, name, [triple(*rate)]);
             }
@@ -255,16 +265,20 @@ fn plots(ui: &mut Ui, points: &[Point]) {
     );
 }
 
+/// A column of a vector: as wide as a sign, seven digits and the space before them.
+fn column(text: impl std::fmt::Display) -> String {
+    format!("{text:>9}")
+}
+
 /// Three components in columns, or the magnitude alone if they are too small or too large for columns.
 fn triple(v: DVec3) -> String {
     if v == DVec3::ZERO {
-        return "0".to_owned();
+        return [0; 3].map(column).concat();
     }
     let largest = v.abs().max_element();
     if (5e-4..1e5).contains(&largest) {
-        // A column is as wide as a sign, seven digits and the space before them.
         let decimals = if largest < 1e3 { 3 } else { 1 };
-        return v.to_array().map(|part| format!("{part:>9.decimals$}")).concat();
+        return v.to_array().map(|part| column(format!("{part:.decimals$}"))).concat();
     }
     format!("magnitude {}", significant(v.length(), 2, 1.0..1e5))
 }
@@ -305,6 +319,6 @@ mod tests {
         assert_eq!(triple(DVec3::new(-999.9994, 0.0, 2.0)), " -999.999    0.000    2.000");
         assert_eq!(triple(DVec3::new(0.0, -1377.073, -99_999.9)), "      0.0  -1377.1 -99999.9");
         assert_eq!(triple(DVec3::new(0.0, 3e-9, 4e-9)), "magnitude 5.0e-9");
-        assert_eq!(triple(DVec3::ZERO), "0");
+        assert_eq!(triple(DVec3::ZERO), "        0        0        0");
     }
 }
