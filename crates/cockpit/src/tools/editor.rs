@@ -39,6 +39,9 @@ use crate::words::{label, plain};
 /// Radius of an added sphere, as a fraction of its distance: it is a tenth as high as the view.
 const SIZE: f64 = 0.04;
 
+/// Radius of what is in the view around the first body of a scene, as a multiple of its size.
+const AROUND: f64 = 6.0;
+
 /// Radius of what marks a well, pixels.
 const WELL_PX: f64 = 14.0;
 
@@ -215,7 +218,9 @@ impl Editor {
                         },
                     ));
                     desk.intents.push(Intent::Rewrite(changes, Some(path)));
-                    desk.intents.extend(is_first.then_some(Intent::Act(Act::Frame)));
+                    if is_first {
+                        desk.view.frame_around(place.at, AROUND * place.size);
+                    }
                 }
             }
             let is_joining = self.spring_ends.is_some();

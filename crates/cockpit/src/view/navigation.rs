@@ -113,6 +113,11 @@ impl View {
         self.frame_ball(extent(stage, None, at_start(stage)));
     }
 
+    /// Puts a ball of that middle and radius, m, into the middle of the view, without turning the camera.
+    pub(crate) fn frame_around(&mut self, middle: DVec3, radius: f64) {
+        self.frame_ball(Some((middle, radius)));
+    }
+
     fn frame_ball(&mut self, ball: Option<(DVec3, f64)>) {
         let Some((middle, radius)) = ball else { return };
         self.locked = None;

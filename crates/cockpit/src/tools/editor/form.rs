@@ -18,6 +18,9 @@ pub(super) const LISTS: [&str; 5] = ["wells", "thrusts", "moves", "emitters", "s
 const LABEL: f32 = 84.0;
 const FIELD: f32 = 140.0;
 
+/// Width of the frame of a field for text, points.
+const FRAME: f32 = 8.0;
+
 /// Greatest number of entries of a list that are shown.
 pub(super) const TITLES: usize = 50;
 
@@ -330,7 +333,7 @@ fn widget(ui: &mut Ui, scene: &Scene, [name, key, unit]: [&str; 3], value: &mut 
 
 /// A field for text as wide as [`FIELD`]: a cell of a grid would leave it the width that the cell had before.
 fn field(text: TextEdit<'_>) -> TextEdit<'_> {
-    text.desired_width(FIELD).min_size(Vec2::X * FIELD)
+    text.desired_width(FIELD - FRAME).min_size(Vec2::X * FIELD)
 }
 
 /// Greatest number of bodies in a list to pick from.
