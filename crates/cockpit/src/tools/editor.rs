@@ -229,13 +229,6 @@ impl Editor {
             if spring.on_hover_text(what).clicked() {
                 self.spring_ends = (!is_joining).then(Vec::new);
             }
-            let scene = &desk.stage.sim().scene;
-            let gravity = scene.gravity.is_none().then(|| ui.button("Gravity"));
-            if gravity.is_some_and(|gravity| gravity.on_hover_text("downward, 9.8 m/s²").clicked())
-            {
-                let gravity = SceneEdit::set("", "gravity", EARTH);
-                desk.intents.push(Intent::Rewrite(vec![gravity], selected_path(desk.stage)));
-            }
             if ui.button("Well").on_hover_text("attracts every body, as 1/r²").clicked() {
                 let Place { at, size, .. } = place(desk.stage, desk.view);
                 let strength = rounded_1_2_5(WELL * size.powi(3));
@@ -247,6 +240,14 @@ impl Editor {
                     vec![SceneEdit::add("wells", text)],
                     selected_path(desk.stage),
                 ));
+            }
+            // Last: it is gone once it was pressed.
+            let scene = &desk.stage.sim().scene;
+            let gravity = scene.gravity.is_none().then(|| ui.button("Gravity"));
+            if gravity.is_some_and(|gravity| gravity.on_hover_text("downward, 9.8 m/s²").clicked())
+            {
+                let gravity = SceneEdit::set("", "gravity", EARTH);
+                desk.intents.push(Intent::Rewrite(vec![gravity], selected_path(desk.stage)));
             }
         });
         if let Some(ends) = &self.spring_ends {

@@ -137,10 +137,11 @@ impl Editor {
         let text = present_text(stage);
         let scene = &stage.sim().scene;
         let mut path = PathBuf::from(self.file_to_save(scene));
-        if path.extension().is_none() {
-            path.set_extension("ron");
-        }
         let file = self.document(scene).file.clone();
+        let is_own = file.as_ref().is_some_and(|(own, _)| *own == path);
+        if !is_own && path.extension().is_none_or(|ending| ending != "ron") {
+            path.as_mut_os_string().push(".ron");
+        }
         let replaces = file.filter(|(file, _)| *file == path).map(|(_, text)| text);
         let scene_text = Arc::clone(&scene.text);
         stage.orders.push(Order::Scene(SceneFile { path, text, replaces, scene_text }));
@@ -275,4 +276,32 @@ fn switched_off(stage: &Stage, mut now: Vec<Effect>, written: &Scene) -> Option<
         key: "off_at_start".to_owned(),
         value,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stage::options::Options;
+
+    #[test]
+    fn a_typed_name_gets_the_ending_of_scenes_and_the_file_of_the_scene_keeps_its_own() {
+        let mut stage =
+            Stage::new(scene::load("empty").expect("it is shipped"), Options::default());
+        let mut saves = |mut editor: Editor| {
+            editor.save_scene(&mut stage);
+            let order = stage.orders.pop();
+            let Some(Order::Scene(SceneFile { path, .. })) = order else { panic!("{order:?}") };
+            path.display().to_string()
+        };
+        for (typed, file) in
+            [("mine", "mine.ron"), ("mine.2", "mine.2.ron"), ("mine.ron", "mine.ron")]
+        {
+            let typed_file = Some(typed.to_owned());
+            assert_eq!(saves(Editor { typed_file, ..Editor::default() }), file);
+        }
+        let mut document = Document::of(&scene::load("empty").expect("it is shipped"));
+        document.file = Some((PathBuf::from("mine.scene"), Arc::from("")));
+        let own = Editor { document: Some(document), ..Editor::default() };
+        assert_eq!(saves(own), "mine.scene");
+    }
 }

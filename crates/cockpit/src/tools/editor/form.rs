@@ -15,7 +15,7 @@ use crate::words::{label, plain};
 pub(super) const LISTS: [&str; 5] = ["wells", "thrusts", "moves", "emitters", "springs"];
 
 /// Width of labels and of values, points: of all groups, so that they are below each other.
-const LABEL: f32 = 84.0;
+const LABEL: f32 = 74.0;
 const FIELD: f32 = 140.0;
 
 /// Width of the frame of a field for text, points.
@@ -268,7 +268,9 @@ fn widget(ui: &mut Ui, scene: &Scene, [name, key, unit]: [&str; 3], value: &mut 
         Value::Numbers(numbers) if key == "color" => color(ui, numbers),
         Value::Numbers(numbers) => {
             ui.horizontal(|ui| {
+                // Three long numbers fit into the dock at its usual width.
                 ui.spacing_mut().item_spacing.x = 2.0;
+                ui.spacing_mut().button_padding.x = 2.0;
                 // All of them are laid out, whichever is done.
                 let done =
                     numbers.iter_mut().fold(false, |any, number| done(drag(ui, number, "")) | any);
