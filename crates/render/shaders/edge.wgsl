@@ -39,8 +39,7 @@ fn vs_edge(@builtin(vertex_index) index: u32, body: Body) -> Edge {
         return out;
     }
     let start = on_screen(ends[0]);
-    let toward = normalize(on_screen(ends[1]) - start + vec2f(1e-6, 0.0));
-    let across = vec2f(-toward.y, toward.x);
+    let across = leftward(start, on_screen(ends[1]));
     // The first face goes on from the edge against the second normal.
     let inward = globals.view_projection * vec4f(middle - second * dot(body.half_extents, abs(faces[1])), 1.0);
     let first_is_left = (dot(on_screen(inward) - start, across) > 0.0) == (inward.w > 0.0);

@@ -50,6 +50,12 @@ fn on_screen(clip: vec4f) -> vec2f {
     return 0.5 * globals.viewport.xy * clip.xy / clip.w;
 }
 
+// The direction to the left of the way between two places on the screen, a unit vector.
+fn leftward(start: vec2f, end: vec2f) -> vec2f {
+    let toward = normalize(end - start + vec2f(1e-6, 0.0));
+    return vec2f(-toward.y, toward.x);
+}
+
 // A point moved on the screen by `pixels`, and in front of the surface on which it lies.
 fn beside(clip: vec4f, pixels: vec2f) -> vec4f {
     let moved = clip + vec4f(pixels * 2.0 / globals.viewport.xy * clip.w, 0.0, 0.0);

@@ -39,7 +39,7 @@ fn spot(index: u32, sprite: Sprite) -> Spot {
     var out: Spot;
     let is_hidden = on_ground(sprite.position).y != sprite.position.y;
     let clip = globals.view_projection * vec4f(select(position, on_ground(position), is_hidden), 1.0);
-    out.clip = pulled_nearer(clip, select(0.0, 0.001 * clip.w, is_hidden));
+    out.clip = select(clip, pulled_nearer(clip, 0.001 * clip.w), is_hidden);
     out.place_and_half = vec3f(place, half);
     // As much light as it really sends, so that many small ones stay many, but no less than the 8 bits of a channel keep.
     out.color = vec4f(sprite.color.rgb, sprite.color.a * clamp(sprite.radius / pixel, 0.04, 1.0) * select(1.0, HIDDEN, is_hidden));

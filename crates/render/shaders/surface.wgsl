@@ -85,10 +85,10 @@ fn vs_edge(@builtin(vertex_index) index: u32, edge: Edge) -> EdgePoint {
     if min(ends[0].w, ends[1].w) <= globals.camera_forward.w {
         return out;
     }
-    let toward = normalize(on_screen(ends[1]) - on_screen(ends[0]) + vec2f(1e-6, 0.0));
+    let across = leftward(on_screen(ends[0]), on_screen(ends[1]));
     let is_end = (index & 1u) == 1u;
     let aside = select(-REACH, REACH, index >= 2u);
-    out.clip = beside(select(ends[0], ends[1], is_end), vec2f(-toward.y, toward.x) * aside);
+    out.clip = beside(select(ends[0], ends[1], is_end), across * aside);
     out.position_and_across = vec4f(select(edge.start, edge.end, is_end), aside);
     out.color = select(edge.start_color, edge.end_color, is_end).rgb;
     out.normal = select(edge.start_normal, edge.end_normal, is_end);

@@ -285,13 +285,9 @@ impl Hands {
         ui.button(button, false);
         if button != Button::Left {
             self.drag = None;
-            // A click: a drag that began there turned the camera.
-            if self
-                .missed
-                .take()
-                .filter(|_| button == Button::Right)
-                .is_some_and(|at| at.distance(view.pointer) <= click)
-            {
+            // A drag that began there turned the camera.
+            let is_click = |at: DVec2| at.distance(view.pointer) <= click;
+            if self.missed.take().is_some_and(is_click) && button == Button::Right {
                 let what = "click a body first: a right click pushes what is selected";
                 stage.notices.say(Topic::Other, what);
             }

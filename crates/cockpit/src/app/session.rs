@@ -553,7 +553,7 @@ impl Session {
     /// Whether the middle of the selection is in the view, if there is a selection.
     fn sees_selection(&self) -> Option<bool> {
         let place = self.stage.drawn_position(self.stage.selection()?)?;
-        Some(self.view.seen_at(place).is_some_and(|(_, inside)| inside))
+        Some(self.view.sees(place))
     }
 
     fn begin_scene(&mut self, rewritten: bool) {

@@ -148,18 +148,15 @@ impl Editor {
             self.spring_ends = Some(ends);
             return None;
         };
-        let body = |name| {
-            let sim = stage.sim();
-            sim.scene.bodies.get(sim.id(sim.named(name)?)? as usize)
-        };
-        let (one, other) = (body(from)?, body(to)?);
         let sim = stage.sim();
-        let entry = sim.named(to).and_then(|to| sim.scene.entry_of(sim.id(to)?));
+        let ids = [from, to].map(|name| sim.id(sim.named(name)?));
+        let [one, other] = ids.map(|id| sim.scene.bodies.get(id? as usize));
+        let (one, other) = (one?, other?);
         let inverse: f64 = [one, other].iter().filter_map(|body| body.inverse_mass).sum();
         let reduced = if inverse > 0.0 { 1.0 / inverse } else { 1.0 };
         let length = one.position.distance(other.position);
         let spring = parts::spring([from, to], reduced, length, substep(stage));
-        let select = entry.map(|entry| entry.path());
+        let select = sim.scene.entry_of(ids[1]?).map(|entry| entry.path());
         Some(Intent::Rewrite(vec![SceneEdit::add("springs", spring)], select))
     }
 
@@ -219,7 +216,7 @@ impl Editor {
                     ));
                     desk.intents.push(Intent::Rewrite(changes, Some(path)));
                     if is_first {
-                        desk.view.frame_around(place.at, AROUND * place.size);
+                        desk.view.frame_ball(Some((place.at, AROUND * place.size)));
                     }
                 }
             }
@@ -589,7 +586,7 @@ impl Tool for Editor {
     }
 }
 
-/// What marks the wells that are seen and where no body is.
+/// The labels of the wells in the view that no body marks.
 fn bare_wells(scene: &Scene, view: &View) -> Vec<Label> {
     let is_bare = |well: &DVec3| !scene.bodies.iter().any(|body| body.position == *well);
     let label = |well| {

@@ -114,11 +114,7 @@ impl View {
     }
 
     /// Puts a ball of that middle and radius, m, into the middle of the view, without turning the camera.
-    pub(crate) fn frame_around(&mut self, middle: DVec3, radius: f64) {
-        self.frame_ball(Some((middle, radius)));
-    }
-
-    fn frame_ball(&mut self, ball: Option<(DVec3, f64)>) {
+    pub(crate) fn frame_ball(&mut self, ball: Option<(DVec3, f64)>) {
         let Some((middle, radius)) = ball else { return };
         self.locked = None;
         let distance = self.framed_distance(radius);
@@ -161,9 +157,8 @@ impl View {
     /// Whether bodies move, and none of them is inside the view.
     pub(crate) fn has_lost_all(&self, stage: &Stage) -> bool {
         let mut moving = moving(stage).peekable();
-        let is_seen = |place: DVec3| self.seen_at(place).is_some_and(|(_, inside)| inside);
-        moving.peek().is_some()
-            && !moving.any(|thing| stage.drawn_position(thing).is_some_and(is_seen))
+        let is_seen = |thing| stage.drawn_position(thing).is_some_and(|place| self.sees(place));
+        moving.peek().is_some() && !moving.any(is_seen)
     }
 
     /// Whether everything that moves is below the floor.

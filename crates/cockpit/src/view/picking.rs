@@ -65,6 +65,11 @@ impl View {
         Some((at + corner, at.cmpge(DVec2::ZERO).all() && at.cmple(size).all()))
     }
 
+    /// Whether a place is inside the view.
+    pub(crate) fn sees(&self, place: DVec3) -> bool {
+        self.seen_at(place).is_some_and(|(_, inside)| inside)
+    }
+
     /// The closest thing on a ray from the camera, as drawn. Things behind the ground come after all others. Drops of emitters
     /// are not things.
     pub(crate) fn cast(&mut self, stage: &Stage, ray: &Ray) -> Option<Picked> {

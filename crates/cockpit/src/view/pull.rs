@@ -37,7 +37,7 @@ impl View {
         frame.lines.push(Line::new(taken, wanted, COLOR, 3.0));
     }
 
-    /// Writes the force beside the pointer, or why there is none.
+    /// Writes the force beside the pointer, or that the run is paused.
     pub(crate) fn write_pull(&self, stage: &Stage, painter: &Painter) -> Option<Rect> {
         let pull = stage.here().pull.as_ref()?;
         let limit = if pull.limited { ", the most" } else { "" };

@@ -28,11 +28,8 @@ pub(super) fn show(
         && view.all_fell_through(stage);
     bar(root, "away", free, |ui| {
         ui.label(words);
-        for (words, act) in [("Reset", Act::ResetWorld), ("First view", Act::ResetCamera)] {
-            if ui.button(words).on_hover_text(act.binding().tooltip()).clicked() {
-                intents.push(Intent::Act(act));
-            }
-        }
+        offer(ui, intents, "Reset", Act::ResetWorld);
+        offer(ui, intents, "First view", Act::ResetCamera);
         let follow = ui.button("Follow");
         frame_if_lesson_names(ui, "Follow", &follow);
         let what = "the camera goes with the selection or the first body (L)";
@@ -42,12 +39,17 @@ pub(super) fn show(
             }
             intents.push(Intent::Act(Act::LockCamera));
         }
-        let off = Act::ToggleGravity;
-        let tip = off.binding().tooltip();
-        if falls && ui.button("Gravity off").on_hover_text(tip).clicked() {
-            intents.push(Intent::Act(off));
+        if falls {
+            offer(ui, intents, "Gravity off", Act::ToggleGravity);
         }
     });
+}
+
+/// Lays out a button for an action.
+fn offer(ui: &mut Ui, intents: &mut Vec<Intent>, words: &str, act: Act) {
+    if ui.button(words).on_hover_text(act.binding().tooltip()).clicked() {
+        intents.push(Intent::Act(act));
+    }
 }
 
 /// The selection and the camera when the selection was last in the view.
@@ -57,10 +59,7 @@ fn words(stage: &Stage, view: &View, seen: &mut Seen) -> Option<String> {
     if view.locked.is_some() {
         return None;
     }
-    let is_seen = |thing| {
-        let place = stage.drawn_position(thing)?;
-        Some(view.seen_at(place).is_some_and(|(_, inside)| inside))
-    };
+    let is_seen = |thing| Some(view.sees(stage.drawn_position(thing)?));
     let selected = stage.selection().filter(|thing| is_movable(&stage.sim().world, *thing));
     let here = selected.map(|thing| (thing, view.camera));
     let is_seen = selected.and_then(is_seen);

@@ -320,14 +320,12 @@ fn widget(ui: &mut Ui, scene: &Scene, [name, key, unit]: [&str; 3], value: &mut 
                 return done(ui.add(field(TextEdit::singleline(written).code_editor())));
             }
             let before = written.clone();
-            ComboBox::from_id_salt(name).selected_text(plain(written)).height(400.0).show_ui(
-                ui,
-                |ui| {
-                    for word in words {
-                        ui.selectable_value(written, word.to_owned(), plain(word));
-                    }
-                },
-            );
+            let list = ComboBox::from_id_salt(name).selected_text(plain(written)).height(400.0);
+            list.show_ui(ui, |ui| {
+                for word in words {
+                    ui.selectable_value(written, word.to_owned(), plain(word));
+                }
+            });
             before != *written
         }
     }

@@ -28,6 +28,9 @@ const BEFORE_NAME: f32 = 40.0;
 /// Gap between two columns, points.
 const COLUMNS: f32 = 10.0;
 
+/// Headings of the columns of distances.
+const HEADINGS: [&str; 3] = ["now", "at most", "rms of all"];
+
 /// The level of detail of the table: the highest that fits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Words {
@@ -59,8 +62,9 @@ pub(super) fn show(ui: &mut Ui, ghosts: &mut Ghosts, desk: &Desk<'_>) {
         ui.weak(format!("Distance of {} from the reference", subject(stage)));
     }
     Grid::new("ghosts").num_columns(4).striped(true).spacing([COLUMNS, 2.0]).show(ui, |ui| {
-        let now = if docks { "now".to_owned() } else { subject(stage) };
-        for heading in ["", &now, "at most", "rms of all"].into_iter().take(1 + numbers) {
+        let [now, most, rms] = HEADINGS.map(str::to_owned);
+        let now = if docks { now } else { subject(stage) };
+        for heading in [String::new(), now, most, rms].into_iter().take(1 + numbers) {
             ui.weak(heading);
         }
         ui.end_row();
@@ -138,18 +142,13 @@ fn width(ui: &Ui, rows: &[GhostRow], words: Words, numbers: usize) -> f32 {
     let font = TextStyle::Body.resolve(ui.style());
     let of =
         |text: String| ui.painter().layout_no_wrap(text, font.clone(), Color32::WHITE).size().x;
-    let widest = |column: &dyn Fn(&GhostRow) -> String| {
-        rows.iter().map(|row| of(column(row))).fold(0.0, f32::max)
-    };
+    let names = rows.iter().map(|row| of(name(row, words))).fold(0.0, f32::max);
     // The minimum width of a grid column.
     let least = ui.spacing().interact_size.x;
     // Of the same width whatever is measured: a column that comes and goes could not be read.
-    let column = |number: usize| {
-        let heading = ["now", "at most", "rms of all"][number];
-        of("0.000 mm".to_owned()).max(of(heading.to_owned())).max(least)
-    };
-    let numbers = (0..numbers).map(|number| COLUMNS + column(number));
-    BEFORE_NAME + widest(&|row| name(row, words)) + numbers.sum::<f32>()
+    let column = |heading: &str| of("0.000 mm".to_owned()).max(of(heading.to_owned())).max(least);
+    let numbers = HEADINGS.into_iter().take(numbers).map(|heading| COLUMNS + column(heading));
+    BEFORE_NAME + names + numbers.sum::<f32>()
 }
 
 fn line(
